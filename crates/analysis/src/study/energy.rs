@@ -7,7 +7,7 @@ use super::{PUMPED, Problem, numbered};
 use crate::progress::{Piece, Progress};
 use crate::words::{Word, word};
 use crate::{Measured, Model, Solution};
-use afterbay_core::{Accounts, Grid, IntegrateError, StateRef, System, accounts};
+use afterbay_core::{Accounts, Grid, IntegrateError, Motors, StateRef, System, accounts};
 use afterbay_methods::registry::Row;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -138,32 +138,27 @@ impl Study for Energy<'_> {
         index: usize,
         progress: &dyn Progress,
     ) -> Result<EnergyRun, IntegrateError> {
-        let Self { problem, methods, h, every } = *self;
-        let run = follow(problem, methods[index], h, every, solution, progress);
+        let run = follow(self, self.methods[index], solution, progress);
         progress.advance();
         run
     }
 }
 
+/// A run of a method, compared with the reference.
 fn follow(
-    problem: &Problem,
+    Energy { problem, h, every, .. }: &Energy<'_>,
     row: &'static Row,
-    h: f64,
-    every: u64,
     solution: &Solution<f64>,
     progress: &dyn Progress,
 ) -> Result<EnergyRun, IntegrateError> {
-    let system = problem.model.system::<f64>()?;
-    let method = problem.model.bind(row)?;
+    let (system, method) = (problem.model.system::<f64>()?, problem.model.bind(row)?);
     let mut state = problem.start()?;
     let total = state.total(&*system);
     let (n, motors) = (problem.model.degrees(), problem.model.motors());
-    let exact_energy = |step: usize| exact_energy(&*system, solution, step, n);
-    let finite = |x: f64| x.is_finite().then_some(x);
-
-    let mut rows = Vec::new();
-    let grid = Grid::<f64>::new(h, problem.end)?;
-    let (mut drift, mut energy_before, mut done) = (0.0_f64, None, 0);
+    let reference = Reference { system: &*system, solution, n, motors: &motors };
+    let grid = Grid::<f64>::new(*h, problem.end)?;
+    let (mut rows, mut drift) = (Vec::new(), 0.0_f64);
+    let (mut energy_before, mut done) = (None, 0);
     let mut piece = Piece::new(progress);
     let mut passivity = Passivity::new(&problem.model, state.state_ref())?;
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
@@ -172,35 +167,11 @@ fn follow(
         let energy = energy_of(&*system, state, n);
         let off = state.total(&*system) - total;
         drift = drift.max(off.abs());
-        let Accounts { w, s, pumped } = accounts(state, &motors);
         passivity.see(state);
         if step % every == 0 {
-            let i = step as usize;
             let ratio = energy_before.and_then(|before| finite(energy / before));
-            let of_reference =
-                i.checked_sub(1).map(|before| [exact_energy(before), exact_energy(i)]);
-            let exact = of_reference.and_then(|[before, now]| finite(now.error / before.error));
-            // The relative doubts of the two energies add up.
-            let doubt_ratio = of_reference.and_then(|energies| {
-                let relative = energies.map(|energy| energy.doubt / energy.error.abs());
-                finite((exact? * (relative[0] + relative[1])).abs())
-            });
-            rows.push(EnergyRow {
-                method: row.name,
-                h,
-                t: state.t,
-                energy,
-                drift: off,
-                ratio,
-                ratio_error: ratio.zip(exact).map(|(ratio, exact)| ratio - exact),
-                w_error: largest_difference(&w, &accounts(solution.at(i), &motors).w),
-                doubt_w: solution.doubt_at(i).w,
-                doubt_ratio,
-                supplied: if s.is_empty() { Vec::new() } else { vec![s.iter().sum()] },
-                pumped: pumped.into_iter().collect(),
-                w,
-                s,
-            });
+            let own = Own { method: row.name, h: *h, energy, drift: off, ratio };
+            rows.push(reference.compare(own, state, step as usize));
         }
         energy_before = Some(energy);
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -210,23 +181,78 @@ fn follow(
     Ok(EnergyRun { method: row.name, rows, drift, violations, ending })
 }
 
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+/// What a state of a run says without the reference.
+struct Own {
+    method: Word,
+    h: f64,
+    energy: f64,
+    drift: f64,
+    ratio: Option<f64>,
+}
+
+/// The solution that runs are compared with.
+struct Reference<'a> {
+    system: &'a dyn System<f64>,
+    solution: &'a Solution<f64>,
+    /// The number of degrees of freedom that are not motors.
+    n: usize,
+    motors: &'a Motors,
+}
+
+impl Reference<'_> {
+    /// The row of a state after i steps.
+    fn compare(&self, own: Own, state: StateRef<'_, f64>, i: usize) -> EnergyRow {
+        let Own { method, h, energy, drift, ratio } = own;
+        let Accounts { w, s, pumped } = accounts(state, self.motors);
+        let (exact, doubt_ratio) = self.ratio(i);
+        let exact_w = accounts(self.solution.at(i), self.motors).w;
+        EnergyRow {
+            method,
+            h,
+            t: state.t,
+            energy,
+            drift,
+            ratio,
+            ratio_error: ratio.zip(exact).map(|(ratio, exact)| ratio - exact),
+            w_error: largest_difference(&w, &exact_w),
+            doubt_w: self.solution.doubt_at(i).w,
+            doubt_ratio,
+            supplied: if s.is_empty() { Vec::new() } else { vec![s.iter().sum()] },
+            pumped: pumped.into_iter().collect(),
+            w,
+            s,
+        }
+    }
+
+    /// The ratio R after i steps, and its doubt.
+    fn ratio(&self, i: usize) -> (Option<f64>, Option<f64>) {
+        let Some(before) = i.checked_sub(1) else { return (None, None) };
+        let energies = [self.energy(before), self.energy(i)];
+        let exact = finite(energies[1].error / energies[0].error);
+        // The relative doubts of the two energies add up.
+        let relative = energies.map(|energy| energy.doubt / energy.error.abs());
+        let doubt = exact.and_then(|exact| finite((exact * (relative[0] + relative[1])).abs()));
+        (exact, doubt)
+    }
+
+    /// H. Its doubt is |∇H| times the doubt of q and p.
+    fn energy(&self, i: usize) -> Measured {
+        let state = self.solution.at(i);
+        let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);
+        self.system.gradient(state.q, state.p, &mut hq, &mut hp);
+        let slope: f64 = hq.iter().chain(&hp).map(|x: &f64| x.abs()).sum();
+        let doubt = slope * self.solution.doubt_at(i).qp;
+        Measured { error: energy_of(self.system, state, self.n), doubt }
+    }
+}
+
 /// H, without the momenta of the motors behind n degrees of freedom.
 fn energy_of(system: &dyn System<f64>, state: StateRef<'_, f64>, n: usize) -> f64 {
     state.energy(system) - state.p[n..].iter().sum::<f64>()
-}
-
-/// H of the reference. Its doubt is |∇H| times the doubt of q and p.
-fn exact_energy(
-    system: &dyn System<f64>,
-    solution: &Solution<f64>,
-    i: usize,
-    n: usize,
-) -> Measured {
-    let state = solution.at(i);
-    let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);
-    system.gradient(state.q, state.p, &mut hq, &mut hp);
-    let slope: f64 = hq.iter().chain(&hp).map(|x: &f64| x.abs()).sum();
-    Measured { error: energy_of(system, state, n), doubt: slope * solution.doubt_at(i).qp }
 }
 
 /// The difference of largest magnitude, with its sign.

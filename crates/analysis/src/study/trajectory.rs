@@ -5,8 +5,8 @@ mod legs;
 mod samples;
 
 pub(crate) use kept::{Kept, Tally, stride, thinned};
-pub(super) use legs::KeptState;
 pub use legs::{Keep, Legs};
+pub(super) use legs::{KeptState, of_run};
 pub use samples::dense;
 
 use super::events::Steps;

@@ -4,7 +4,8 @@ use super::{Ensemble, Job, Watch, alone};
 use crate::Lanes;
 use crate::study::section::rewind;
 use crate::study::side::{Side, put_state, state_of};
-use afterbay_core::{Grid, InputError, IntegrateError, Scalar, State, f64x8};
+use afterbay_core::{Grid, InputError, IntegrateError, Scalar, State, StateRef, f64x8};
+use std::ops::ControlFlow;
 
 /// The number of lanes.
 const WIDTH: usize = 8;
@@ -19,50 +20,24 @@ pub(super) fn together<W: Watch>(
 ) -> Result<(), InputError> {
     let Some(first) = jobs.first().filter(|_| jobs.len() >= FEWEST) else { return Ok(()) };
     let (dof, steps) = (first.dof, first.grid.steps);
-    let splat = |part: &[f64]| part.iter().map(|&x| f64x8::from_f64(x)).collect();
-    let State { q, p, w, t } = &first.state;
-    let mut all = State { q: splat(q), p: splat(p), w: splat(w), t: f64x8::from_f64(*t) };
-    // The run in each lane, and whether the lane is its own: lanes without a run repeat another's.
-    let (mut job_in, mut owned) = ([0; WIDTH], [false; WIDTH]);
-    let mut next = 0;
+    let mut group = Group::of(&first.state);
     let mut bound = None;
-    loop {
-        let mut changed = false;
-        for lane in 0..WIDTH {
-            if owned[lane] && jobs[job_in[lane]].ending.is_none() {
-                continue;
-            }
-            owned[lane] = next < jobs.len();
-            if owned[lane] {
-                (job_in[lane], changed) = (next, true);
-                put_state(&mut all, lane, &jobs[next].state);
-                next += 1;
-            }
-        }
-        let Some(running) = (0..WIDTH).find(|&lane| owned[lane]) else { return Ok(()) };
-        if (0..WIDTH).filter(|&lane| owned[lane]).count() < FEWEST {
-            return Ok(());
-        }
-        for lane in (0..WIDTH).filter(|&lane| !owned[lane]) {
-            changed |= job_in[lane] != job_in[running];
-            job_in[lane] = job_in[running];
-            put_state(&mut all, lane, &jobs[job_in[running]].state);
-        }
+    while let Some(changed) = group.fill(jobs) {
         if changed || bound.is_none() {
-            bound = bind(ensemble, jobs, job_in)?;
+            bound = bind(ensemble, jobs, group.job_in)?;
         }
         let Some(Lanes { run, .. }) = &bound else { return Ok(()) };
-        let grid = Grid { h: f64x8::gather(|lane| jobs[job_in[lane]].grid.h), steps };
-        let good =
-            match run.run(grid, &mut all, steps, &mut |_, _| std::ops::ControlFlow::Continue(())) {
-                Ok(_) => steps,
-                Err(IntegrateError::Run(error)) => error.step - 1,
-                Err(IntegrateError::Input(error)) => return Err(error),
-                Err(IntegrateError::Interrupted) => return Ok(()),
-            };
-        for lane in (0..WIDTH).filter(|&lane| owned[lane]) {
-            let job = &mut jobs[job_in[lane]];
-            job.state = state_of(&all, lane);
+        let grid = Grid { h: f64x8::gather(|lane| jobs[group.job_in[lane]].grid.h), steps };
+        let go_on = &mut |_, _: StateRef<'_, f64x8>| ControlFlow::Continue(());
+        let good = match run.run(grid, &mut group.all, steps, go_on) {
+            Ok(_) => steps,
+            Err(IntegrateError::Run(error)) => error.step - 1,
+            Err(IntegrateError::Input(error)) => return Err(error),
+            Err(IntegrateError::Interrupted) => return Ok(()),
+        };
+        for lane in (0..WIDTH).filter(|&lane| group.owned[lane]) {
+            let job = &mut jobs[group.job_in[lane]];
+            job.state = state_of(&group.all, lane);
             if good < steps {
                 alone::finish(job, steps - good)?;
             }
@@ -70,10 +45,62 @@ pub(super) fn together<W: Watch>(
                 job.state.t = job.grid.h * steps as f64;
                 job.arrive(ensemble.progress);
                 job.begin_interval();
-                put_state(&mut all, lane, &job.state);
+                put_state(&mut group.all, lane, &job.state);
             }
         }
-        rewind(&mut all.q, &mut all.t, dof);
+        rewind(&mut group.all.q, &mut group.all.t, dof);
+    }
+    Ok(())
+}
+
+/// The runs in the lanes.
+struct Group {
+    all: State<Vec<f64x8>>,
+    /// The run in each lane.
+    job_in: [usize; WIDTH],
+    /// Whether the lane is the run's own: lanes without a run repeat another's.
+    owned: [bool; WIDTH],
+    /// The first run that has no lane yet.
+    next: usize,
+}
+
+impl Group {
+    fn of(State { q, p, w, t }: &State<Vec<f64>>) -> Self {
+        let splat = |part: &[f64]| part.iter().map(|&x| f64x8::from_f64(x)).collect();
+        let all = State { q: splat(q), p: splat(p), w: splat(w), t: f64x8::from_f64(*t) };
+        Self { all, job_in: [0; WIDTH], owned: [false; WIDTH], next: 0 }
+    }
+
+    fn put<W>(&mut self, lane: usize, job: usize, jobs: &[Job<W>]) {
+        self.job_in[lane] = job;
+        put_state(&mut self.all, lane, &jobs[job].state);
+    }
+
+    /// Gives the lanes of runs that have ended to the next runs. Returns whether a lane has another
+    /// run than before, and `None` if too few runs are left.
+    fn fill<W>(&mut self, jobs: &[Job<W>]) -> Option<bool> {
+        let mut changed = false;
+        for lane in 0..WIDTH {
+            if self.owned[lane] && jobs[self.job_in[lane]].ending.is_none() {
+                continue;
+            }
+            self.owned[lane] = self.next < jobs.len();
+            if self.owned[lane] {
+                self.put(lane, self.next, jobs);
+                (self.next, changed) = (self.next + 1, true);
+            }
+        }
+        if self.owned.iter().filter(|owned| **owned).count() < FEWEST {
+            return None;
+        }
+        let running = self.job_in[self.owned.iter().position(|owned| *owned)?];
+        for lane in 0..WIDTH {
+            if !self.owned[lane] {
+                changed |= self.job_in[lane] != running;
+                self.put(lane, running, jobs);
+            }
+        }
+        Some(changed)
     }
 }
 

@@ -175,48 +175,9 @@ impl<'a> Search<'a> {
     /// The fewest steps within the bound for which twice as many are within it too, since an error
     /// may be small by chance.
     fn fewest(&mut self, row: &'static Row) -> Result<Reached, IntegrateError> {
-        let bound = self.wanted().error;
-        let order = if row.order() == EXACT { 1.0 } else { f64::from(row.order()) };
-        let (mut steps, mut too_few, mut nearest, mut idle) = (1_u64, 0, None::<Trial>, 0);
-        let mut good = loop {
-            let (found, enough) = self.at(row, steps)?;
-            let now = found.decisive;
-            if self.holds(&found) {
-                let twice = self.at(row, 2 * steps)?.0;
-                if self.holds(&twice) {
-                    break steps;
-                }
-            }
-            if self.bench.progress.stopped() {
-                return Ok(Reached::Not(nearest.map(Box::new), INTERRUPTED.into()));
-            }
-            too_few = steps;
-            let before = nearest.as_ref().map_or(f64::INFINITY, |trial| trial.decisive);
-            let best = now.min(before);
-            idle = if now > bound && now > 0.5 * before && now < 1e-3 { idle + 1 } else { 0 };
-            let why = match enough {
-                _ if idle == IDLE => {
-                    Some(format!("its error stays at {best:.1e} however small the step"))
-                }
-                Some(enough) if best.is_infinite() => {
-                    Some(format!("no run reached the end, up to {steps} steps: {enough}"))
-                }
-                Some(enough) => {
-                    Some(format!("at {steps} steps its error is still {best:.1e}: {enough}"))
-                }
-                None => None,
-            };
-            if nearest.is_none() || now < before {
-                nearest = Some(found);
-            }
-            if let Some(why) = why {
-                return Ok(Reached::Not(nearest.map(Box::new), why));
-            }
-            // Once errors fall at their order, it predicts the number of steps.
-            let share = now / bound;
-            let falls = now < 0.1 && idle == 0;
-            let leap = if falls { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
-            steps = (steps as f64 * leap).ceil() as u64;
+        let Bracket { mut too_few, mut good, nearest } = match self.bracket(row)? {
+            Ok(bracket) => bracket,
+            Err(reached) => return Ok(reached),
         };
         while too_few > 0 && good as f64 > CLOSE * too_few as f64 {
             let middle = (too_few as f64 * good as f64).sqrt().round() as u64;
@@ -237,6 +198,41 @@ impl<'a> Search<'a> {
             }
         }
         Ok(Reached::Within(good))
+    }
+
+    /// Takes more and more steps until they and twice as many are within the bound. The error is
+    /// the reason why no number of steps was found.
+    fn bracket(&mut self, row: &'static Row) -> Result<Result<Bracket, Reached>, IntegrateError> {
+        let bound = self.wanted().error;
+        let order = if row.order() == EXACT { 1.0 } else { f64::from(row.order()) };
+        let (mut steps, mut too_few, mut nearest, mut idle) = (1_u64, 0, None::<Trial>, 0);
+        loop {
+            let (found, enough) = self.at(row, steps)?;
+            if self.holds(&found) {
+                let twice = self.at(row, 2 * steps)?.0;
+                if self.holds(&twice) {
+                    return Ok(Ok(Bracket { too_few, good: steps, nearest }));
+                }
+            }
+            if self.bench.progress.stopped() {
+                return Ok(Err(Reached::Not(nearest.map(Box::new), INTERRUPTED.into())));
+            }
+            too_few = steps;
+            let now = found.decisive;
+            let before = nearest.as_ref().map_or(f64::INFINITY, |trial| trial.decisive);
+            idle = if now > bound && now > 0.5 * before && now < 1e-3 { idle + 1 } else { 0 };
+            if nearest.is_none() || now < before {
+                nearest = Some(found);
+            }
+            if let Some(why) = given_up(idle, enough, now.min(before), steps) {
+                return Ok(Err(Reached::Not(nearest.map(Box::new), why)));
+            }
+            // Once errors fall at their order, it predicts the number of steps.
+            let share = now / bound;
+            let falls = now < 0.1 && idle == 0;
+            let leap = if falls { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
+            steps = (steps as f64 * leap).ceil() as u64;
+        }
     }
 
     /// The setting, or the next safer one, that is within the bound together with all its
@@ -312,6 +308,27 @@ impl<'a> Search<'a> {
         }
         let taken = trial.passivity_violations.filter(|&count| wanted.passive && count > 0);
         Ok(taken.map(|count| format!("{count} of its steps violate passivity")))
+    }
+}
+
+/// Numbers of steps between which the fewest within the bound lie.
+struct Bracket {
+    /// Too few steps, or 0.
+    too_few: u64,
+    good: u64,
+    /// The nearest of the runs with fewer steps.
+    nearest: Option<Trial>,
+}
+
+/// Why no more steps are tried, if the search is given up. `best` is the least error so far.
+fn given_up(idle: u32, enough: Option<&str>, best: f64, steps: u64) -> Option<String> {
+    match enough {
+        _ if idle == IDLE => Some(format!("its error stays at {best:.1e} however small the step")),
+        Some(enough) if best.is_infinite() => {
+            Some(format!("no run reached the end, up to {steps} steps: {enough}"))
+        }
+        Some(enough) => Some(format!("at {steps} steps its error is still {best:.1e}: {enough}")),
+        None => None,
     }
 }
 

@@ -63,75 +63,139 @@ pub(super) fn together(
     parameter: &str,
     schedule: Schedule<'_>,
 ) -> Result<Option<Vec<Ending>>, InputError> {
-    let Some(first) = cells.first().filter(|_| (FEWEST..=WIDTH).contains(&cells.len())) else {
-        return Ok(None);
-    };
-    // The cell in each lane. If there are fewer cells than lanes, the last one is repeated.
-    let mut cell_in: [usize; WIDTH] = std::array::from_fn(|k| k.min(cells.len() - 1));
-    let Some(mut bound) = bind(cells, cell_in, row, parameter)? else { return Ok(None) };
-    let state = first.problem.start::<f64x8>()?;
-    let statistics = Statistics::nothing(state.dof(), &bound.scales.track.image);
-    let mut all = ObservedRun { state, statistics };
-    let mut endings: Vec<Option<Ending>> = cells.iter().map(|_| None).collect();
+    let Some(mut group) = Group::new(cells, row, parameter, schedule)? else { return Ok(None) };
     let (count, mut at, mut burst) = (schedule.observations.count, 0, 1);
     while at < count {
-        let Lanes { run, system } = &bound.lanes;
-        let method = BoundMethod { run, system: &**system, scales: &bound.scales };
-        let Some(broken) = method.advance(schedule, &mut all, at, count)? else { break };
-        burst =
-            if broken.good < at.saturating_add(4 * burst) { (4 * burst).min(LONGEST) } else { 1 };
-        at = broken.good;
-        let mut to = count.min(at + burst);
+        let Some(good) = group.advance(at)? else { break };
+        burst = if good < at.saturating_add(4 * burst) { (4 * burst).min(LONGEST) } else { 1 };
+        at = count.min(good + burst);
+        if !group.each_alone(good, at)? {
+            let running = group.running();
+            if running.len() < FEWEST {
+                group.finish_alone(&running, at)?;
+                break;
+            }
+            if !group.refill(running[0], row, parameter)? {
+                return Ok(None);
+            }
+        }
+    }
+    Ok(Some(group.ended()))
+}
+
+/// Cells that run side by side.
+struct Group<'a> {
+    cells: &'a [Cell<'a>],
+    schedule: Schedule<'a>,
+    /// The cell in each lane. If there are fewer cells than lanes, the last one is repeated.
+    cell_in: [usize; WIDTH],
+    bound: Bound,
+    all: ObservedRun<f64x8>,
+    /// The ending of each cell that has ended.
+    endings: Vec<Option<Ending>>,
+}
+
+impl<'a> Group<'a> {
+    fn new(
+        cells: &'a [Cell<'a>],
+        row: &Row,
+        parameter: &str,
+        schedule: Schedule<'a>,
+    ) -> Result<Option<Self>, InputError> {
+        let Some(first) = cells.first().filter(|_| (FEWEST..=WIDTH).contains(&cells.len())) else {
+            return Ok(None);
+        };
+        let cell_in = std::array::from_fn(|k| k.min(cells.len() - 1));
+        let Some(bound) = bind(cells, cell_in, row, parameter)? else { return Ok(None) };
+        let state = first.problem.start::<f64x8>()?;
+        let statistics = Statistics::nothing(state.dof(), &bound.scales.track.image);
+        let all = ObservedRun { state, statistics };
+        let endings = cells.iter().map(|_| None).collect();
+        Ok(Some(Self { cells, schedule, cell_in, bound, all, endings }))
+    }
+
+    fn count(&self) -> u64 {
+        self.schedule.observations.count
+    }
+
+    fn lane_of(&self, cell: usize) -> Option<usize> {
+        self.cell_in.iter().position(|&other| other == cell)
+    }
+
+    /// The cells that have not ended.
+    fn running(&self) -> Vec<usize> {
+        (0..self.cells.len()).filter(|&i| self.endings[i].is_none()).collect()
+    }
+
+    /// Takes all steps after `at` side by side. Returns the number of good steps if one fails.
+    fn advance(&mut self, at: u64) -> Result<Option<u64>, InputError> {
+        let Lanes { run, system } = &self.bound.lanes;
+        let method = BoundMethod { run, system: &**system, scales: &self.bound.scales };
+        let count = self.schedule.observations.count;
+        let broken = method.advance(self.schedule, &mut self.all, at, count)?;
+        Ok(broken.map(|broken| broken.good))
+    }
+
+    /// Takes the steps after `from` up to `to` cell by cell. Returns whether no cell ends there.
+    fn each_alone(&mut self, from: u64, to: u64) -> Result<bool, InputError> {
         let mut stays = true;
-        for (i, ending) in endings.iter_mut().enumerate().filter(|(_, ending)| ending.is_none()) {
-            let Some(lane) = cell_in.iter().position(|&cell| cell == i) else { continue };
-            let mut one = all.lane(lane);
-            match cells[i].method().advance(schedule, &mut one, at, to)? {
+        for i in self.running() {
+            let Some(lane) = self.lane_of(i) else { continue };
+            let mut one = self.all.lane(lane);
+            match self.cells[i].method().advance(self.schedule, &mut one, from, to)? {
                 None => {
-                    for lane in (0..WIDTH).filter(|&lane| cell_in[lane] == i) {
-                        all.put(lane, &one);
+                    for lane in (0..WIDTH).filter(|&lane| self.cell_in[lane] == i) {
+                        self.all.put(lane, &one);
                     }
                 }
                 broken => {
-                    *ending = Some(one.ended(count, broken));
+                    self.endings[i] = Some(one.ended(self.count(), broken));
                     stays = false;
                 }
             }
         }
-        if !stays {
-            let running: Vec<usize> = (0..cells.len()).filter(|&i| endings[i].is_none()).collect();
-            if running.len() < FEWEST {
-                for i in running {
-                    let Some(lane) = cell_in.iter().position(|&cell| cell == i) else { continue };
-                    let mut one = all.lane(lane);
-                    let broken = cells[i].method().advance(schedule, &mut one, to, count)?;
-                    endings[i] = Some(one.ended(count, broken));
-                }
-                to = count;
-            } else {
-                let from = cell_in;
-                for lane in (0..WIDTH).filter(|&lane| endings[from[lane]].is_some()) {
-                    let Some(other) = from.iter().position(|&cell| cell == running[0]) else {
-                        continue;
-                    };
-                    cell_in[lane] = running[0];
-                    all.put(lane, &all.lane(other));
-                }
-                match bind(cells, cell_in, row, parameter)? {
-                    Some(anew) => bound = anew,
-                    None => return Ok(None),
-                }
-            }
-        }
-        at = to;
+        Ok(stays)
     }
-    let ended = endings.into_iter().enumerate().map(|(i, ending)| {
-        ending.unwrap_or_else(|| {
-            let lane = cell_in.iter().position(|&cell| cell == i).unwrap_or(0);
-            Ending { statistics: all.statistics.lane(lane), steps_done: count, failure: None }
-        })
-    });
-    Ok(Some(ended.collect()))
+
+    /// Takes all steps after `from` cell by cell.
+    fn finish_alone(&mut self, running: &[usize], from: u64) -> Result<(), InputError> {
+        for &i in running {
+            let Some(lane) = self.lane_of(i) else { continue };
+            let mut one = self.all.lane(lane);
+            let method = self.cells[i].method();
+            let broken = method.advance(self.schedule, &mut one, from, self.count())?;
+            self.endings[i] = Some(one.ended(self.count(), broken));
+        }
+        Ok(())
+    }
+
+    /// Gives the lanes of cells that have ended to one that runs. Returns whether the method can
+    /// run in these lanes.
+    fn refill(&mut self, running: usize, row: &Row, parameter: &str) -> Result<bool, InputError> {
+        let from = self.cell_in;
+        let Some(other) = self.lane_of(running) else { return Ok(true) };
+        for lane in (0..WIDTH).filter(|&lane| self.endings[from[lane]].is_some()) {
+            self.cell_in[lane] = running;
+            self.all.put(lane, &self.all.lane(other));
+        }
+        match bind(self.cells, self.cell_in, row, parameter)? {
+            Some(bound) => self.bound = bound,
+            None => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The endings of all cells. Those that have not ended have taken all steps.
+    fn ended(mut self) -> Vec<Ending> {
+        let endings = std::mem::take(&mut self.endings);
+        let ended = endings.into_iter().enumerate().map(|(i, ending)| {
+            ending.unwrap_or_else(|| {
+                let statistics = self.all.statistics.lane(self.lane_of(i).unwrap_or(0));
+                Ending { statistics, steps_done: self.count(), failure: None }
+            })
+        });
+        ended.collect()
+    }
 }
 
 /// Cells bound to lanes.

@@ -151,12 +151,7 @@ impl Legs {
             stopped |= progress.stopped();
             if stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        let result = result.map(drop).map_err(|error| match error {
-            IntegrateError::Run(RunError { step, t, failure }) => {
-                RunError { step: begin + step, t, failure }.into()
-            }
-            error => error,
-        });
+        let result = result.map(drop).map_err(|error| of_run(begin, error));
         self.done = match &result {
             Ok(()) if stopped => done,
             Ok(()) => end,
@@ -208,6 +203,17 @@ impl Legs {
             Err(IntegrateError::Input(error)) => Err(error.into()),
             result => Ok(result.map(drop)),
         }
+    }
+}
+
+/// The error of a leg that begins after `begin` steps. Its step is counted from the start of the
+/// run.
+pub(in crate::study) fn of_run(begin: u64, error: IntegrateError) -> IntegrateError {
+    match error {
+        IntegrateError::Run(RunError { step, t, failure }) => {
+            RunError { step: begin + step, t, failure }.into()
+        }
+        error => error,
     }
 }
 

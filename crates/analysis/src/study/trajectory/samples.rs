@@ -6,8 +6,9 @@ use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::events::{SINGLE_STEPS, Steps};
 use crate::study::outcome::Ending;
-use afterbay_core::{Grid, IntegrateError, RunError, StateRef, Tolerance};
+use afterbay_core::{Grid, IntegrateError, RunError, State, StateRef, Step, Tolerance};
 use afterbay_methods::registry::Row;
+use std::ops::ControlFlow;
 
 /// The largest difference of equal times, relative to them: some roundings.
 const ROUNDED: f64 = 1e-13;
@@ -45,21 +46,21 @@ impl Legs {
     ) -> Result<(), IntegrateError> {
         let Some(state) = self.state.take() else { return Ok(()) };
         let grid = Grid::<f64>::new(steps.h, problem.end)?;
-        let (model, count) = (&problem.model, (problem.end / spacing).floor() as u64);
+        let model = &problem.model;
         let (system, bound) = (model.system::<f64>()?, model.bind(row)?);
-        let mut step = bound.stepper(Tolerance::all(steps.tolerance));
         let (begin, mut state) = (self.done, state.at(self.done as f64 * grid.h));
-        let record = |n: u64, state: StateRef<'_, f64>| {
-            TrajectoryRow::of(row.name, n, state, &*system, model)
+        let mut keep = |n: u64, state: StateRef<'_, f64>| {
+            keep(TrajectoryRow::of(row.name, n, state, &*system, model))
         };
-        let mut stopped = begin == 0 && keep(record(0, state.state_ref())).is_break();
+        let mut stopped = begin == 0 && keep(0, state.state_ref()).is_break();
         self.samples = self.samples.max(1);
+        let times = Times { spacing, count: (problem.end / spacing).floor() as u64 };
+        let mut step = bound.stepper(Tolerance::all(steps.tolerance));
         let leg = (SINGLE_STEPS / state.q.len() as u64).max(1);
         let end = grid.steps.min(begin.saturating_add(leg));
         let (mut piece, mut result) = (Piece::new(progress), Ok(()));
         while self.done < end && !stopped {
-            let n = self.done + 1;
-            let (before, time) = (state.clone(), n as f64 * grid.h);
+            let (n, before) = (self.done + 1, state.clone());
             if let Err(error) = step(grid.h, &mut state) {
                 result = Err(match error {
                     IntegrateError::Run(error) => {
@@ -69,24 +70,10 @@ impl Legs {
                 });
                 break;
             }
-            (state.t, self.done) = (time, n);
+            (state.t, self.done) = (n as f64 * grid.h, n);
             piece.reach(n, grid.steps);
-            while self.samples <= count {
-                let t = self.samples as f64 * spacing;
-                // The times of the steps are rounded.
-                let (early, late) = (t - before.t, t - time);
-                if late > ROUNDED * time {
-                    break;
-                }
-                let mut there =
-                    if late.abs() <= ROUNDED * time { state.clone() } else { before.clone() };
-                if there.t < time && step(early, &mut there).is_err() {
-                    break;
-                }
-                there.t = t;
-                stopped |= keep(record(n, there.state_ref())).is_break();
-                self.samples += 1;
-            }
+            let keep = &mut |state: StateRef<'_, f64>| keep(n, state);
+            stopped |= times.keep_between(&before, &state, &mut self.samples, &mut *step, keep);
             stopped |= progress.stopped();
         }
         if let Err(IntegrateError::Input(error)) = result {
@@ -94,7 +81,7 @@ impl Legs {
         }
         if result.is_err() {
             // The run is over, whether or not the row can be written.
-            let _ = keep(record(self.done, state.state_ref()));
+            let _ = keep(self.done, state.state_ref());
         }
         self.ending = Ending::of(&result, grid.steps, self.done);
         if result.is_ok() && self.done == end && end < grid.steps && !stopped {
@@ -104,5 +91,43 @@ impl Legs {
             progress.advance();
         }
         Ok(())
+    }
+}
+
+/// The times of the states that are kept.
+struct Times {
+    spacing: f64,
+    count: u64,
+}
+
+impl Times {
+    /// Keeps the states between two steps, from that of number `next` on. Returns whether the run
+    /// is to stop.
+    fn keep_between(
+        &self,
+        before: &State<Vec<f64>>,
+        after: &State<Vec<f64>>,
+        next: &mut u64,
+        step: Step<'_>,
+        keep: &mut dyn FnMut(StateRef<'_, f64>) -> ControlFlow<()>,
+    ) -> bool {
+        let mut stopped = false;
+        while *next <= self.count {
+            let t = *next as f64 * self.spacing;
+            // The times of the steps are rounded.
+            let (early, late) = (t - before.t, t - after.t);
+            if late > ROUNDED * after.t {
+                break;
+            }
+            let is_after = late.abs() <= ROUNDED * after.t;
+            let mut there = if is_after { after.clone() } else { before.clone() };
+            if there.t < after.t && step(early, &mut there).is_err() {
+                break;
+            }
+            there.t = t;
+            stopped |= keep(there.state_ref()).is_break();
+            *next += 1;
+        }
+        stopped
     }
 }

@@ -1,0 +1,175 @@
+//! The next leg of a run with events.
+
+use super::function::Value;
+use super::{Action, EventPlan, EventRow, SINGLE_STEPS, Steps};
+use crate::progress::{Piece, Progress};
+use crate::study::Problem;
+use crate::study::outcome::{Ending, INTERRUPTED};
+use crate::study::trajectory::{Keep, KeptState, Legs, TrajectoryRow, of_run};
+use afterbay_core::{
+    Abilities, Event, EventState, Grid, Happen, IntegrateError, StateRef, Tolerance,
+    integrate_with_events,
+};
+use afterbay_methods::registry::Row;
+use std::cell::Cell;
+use std::ops::ControlFlow;
+
+/// Computes the next leg of a run, and appends the events that it finds.
+///
+/// # Errors
+/// As for [`run`](super::run).
+pub fn advance(
+    legs: &mut Legs,
+    (problem, row): (&Problem, &'static Row),
+    (Steps { h, every, tolerance }, events): (Steps, &[EventPlan]),
+    (keep, found): (Keep<'_>, &mut Vec<EventRow>),
+    progress: &dyn Progress,
+) -> Result<(), IntegrateError> {
+    let Some(state) = legs.state.take() else { return Ok(()) };
+    let (model, grid, begin) = (&problem.model, Grid::<f64>::new(h, problem.end)?, legs.done);
+    let system = model.system::<f64>()?;
+    let (bound, mut state) = (model.bind(row)?, state.at(begin as f64 * h));
+    let functions = events.iter().map(|event| event.function.bind(model, &*system));
+    let functions = functions.collect::<Result<Vec<_>, IntegrateError>>()?;
+    let watched: Vec<_> = functions.iter().zip(events).map(|(f, event)| event.watch(f)).collect();
+    let record =
+        |n: u64, state: StateRef<'_, f64>| TrajectoryRow::of(row.name, n, state, &*system, model);
+    let (record, system): (Record<'_>, _) = (&record, &*system);
+    let last = Cell::new(f64::NEG_INFINITY);
+    let mut events = Events { events, system, record, found, last: &last, stopped: false };
+    let leg = (SINGLE_STEPS / state.q.len() as u64).max(1);
+    let kept = if begin > 0 && begin.is_multiple_of(every) { state.t } else { f64::NAN };
+    let (piece, done, last, leg_ends) = (Piece::new(progress), begin, &last, false);
+    let mut walk =
+        Walk { grid, begin, every, leg, record, keep, last, piece, done, kept, leg_ends };
+    let mut happen = |i: usize, state: EventState<'_>| events.happen(i, state);
+    let mut observe = |n: u64, state: StateRef<'_, f64>| walk.observe(n, state, progress);
+    let rest = Grid { steps: grid.steps - begin, ..grid };
+    let pair = (&watched[..], &mut happen as Happen<'_>);
+    let mut step = bound.stepper(Tolerance::all(tolerance));
+    let result = integrate_with_events(&mut *step, rest, &mut state, pair, &mut observe);
+    let result = result.map(drop).map_err(|error| of_run(begin, error));
+    let Walk { keep, piece, done, kept, leg_ends, .. } = walk;
+    legs.done = done;
+    legs.ending = Ending::of(&result, grid.steps, done);
+    if leg_ends && result.is_ok() && !events.stopped {
+        legs.state = Some(KeptState::of(state));
+        return Ok(());
+    }
+    drop(piece);
+    progress.advance();
+    if let Err(IntegrateError::Input(error)) = result {
+        return Err(error.into());
+    }
+    if kept != state.t {
+        // The run is over, whether or not the row can be written.
+        let _ = keep(record(done, state.state_ref()));
+    }
+    if events.stopped && legs.ending.outcome == INTERRUPTED {
+        legs.ending = Ending::completed();
+    }
+    Ok(())
+}
+
+impl EventPlan {
+    /// The event, with its function bound to a system.
+    fn watch<'a>(&self, function: &'a Value<'_>) -> Event<'a> {
+        let is_wall = matches!(self.action, Action::Bounce(..));
+        Event { function: &**function, direction: self.direction, is_wall }
+    }
+}
+
+impl EventRow {
+    /// The row of an event in a state.
+    fn of(event: String, state: TrajectoryRow) -> Self {
+        let TrajectoryRow { method, t, q, p, w, s, pumped, energy, total, .. } = state;
+        Self { method, event, t, q, p, w, s, pumped, energy, total }
+    }
+}
+
+/// Makes the row of a state after n steps.
+type Record<'a> = &'a dyn Fn(u64, StateRef<'_, f64>) -> TrajectoryRow;
+
+/// The events of a leg.
+struct Events<'a> {
+    events: &'a [EventPlan],
+    system: &'a dyn Abilities<f64>,
+    record: Record<'a>,
+    found: &'a mut Vec<EventRow>,
+    /// The time of the last event.
+    last: &'a Cell<f64>,
+    /// Whether an event has ended the run.
+    stopped: bool,
+}
+
+impl Events<'_> {
+    /// Records event i and takes its action.
+    fn happen(&mut self, i: usize, state: EventState<'_>) -> ControlFlow<()> {
+        let EventState { q, p, w, t } = state;
+        let event = &self.events[i];
+        self.last.set(t);
+        let at = (self.record)(0, StateRef { q, p, w, t });
+        self.found.push(EventRow::of(event.name.clone(), at));
+        match event.action {
+            Action::Record => ControlFlow::Continue(()),
+            Action::Stop => {
+                self.stopped = true;
+                ControlFlow::Break(())
+            }
+            Action::Bounce(j, restitution) => {
+                let before = self.system.energy(q, p);
+                p[j] *= -restitution;
+                w[j] += before - self.system.energy(q, p);
+                ControlFlow::Continue(())
+            }
+        }
+    }
+}
+
+/// The steps of a leg.
+struct Walk<'a> {
+    grid: Grid<f64>,
+    /// The number of steps before the leg.
+    begin: u64,
+    every: u64,
+    /// The least number of steps of the leg.
+    leg: u64,
+    record: Record<'a>,
+    keep: Keep<'a>,
+    /// The time of the last event.
+    last: &'a Cell<f64>,
+    piece: Piece<'a>,
+    /// The number of steps since the start of the run.
+    done: u64,
+    /// The time of the last state that was kept.
+    kept: f64,
+    /// Whether the leg ends here and the run goes on.
+    leg_ends: bool,
+}
+
+impl Walk<'_> {
+    /// Receives the state after step n of the leg, and keeps it if it is one of those to keep.
+    fn observe(
+        &mut self,
+        n: u64,
+        state: StateRef<'_, f64>,
+        progress: &dyn Progress,
+    ) -> ControlFlow<()> {
+        let (h, all) = (self.grid.h, self.grid.steps);
+        self.done = self.begin + n;
+        self.piece.reach(self.done, all);
+        let mut goes_on = true;
+        let is_new = n > 0 || self.begin == 0;
+        if is_new && (self.done.is_multiple_of(self.every) || self.done == all) {
+            // The times are those of one grid, whatever the legs.
+            let at = StateRef { t: self.done as f64 * h, ..state };
+            goes_on = (self.keep)((self.record)(self.done, at)).is_continue();
+            self.kept = state.t;
+        }
+        goes_on = goes_on && !progress.stopped();
+        // A new leg does not know on which side of zero an event has left its function.
+        let is_clear = self.last.get() <= state.t - h;
+        self.leg_ends = goes_on && n >= self.leg && is_clear && self.done < all;
+        if goes_on && !self.leg_ends { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+}
