@@ -4,7 +4,7 @@ use crate::arguments::Format;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{scene, table};
-use afterbay_analysis::scene::Scene;
+use afterbay_analysis::scene::{DynamicsPlan, Scene, Studies};
 use afterbay_analysis::{Model, experiment};
 use afterbay_methods::registry::Row;
 use serde::Serialize;
@@ -25,19 +25,7 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
     match format {
         Format::Json => table::json(&plans)?,
         Format::Table => {
-            let (model, dof) = (scene.problem.model.name(), scene.problem.model.degrees());
-            let freedom = if dof == 1 { "degree" } else { "degrees" };
-            let timed = timed(&scene.problem.model);
-            let period = scene.problem.model.drive_period();
-            let drive = match period {
-                Some(period) => format!(", {timed} with period {period}"),
-                None if timed.is_empty() => String::new(),
-                None => format!(", {timed} without a known period"),
-            };
-            table::text(&format!(
-                "{} is valid: {model}, {dof} {freedom} of freedom{drive}.",
-                path.display()
-            ))?;
+            table::text(&format!("{} is valid: {}.", path.display(), described(&scene)))?;
             let rows = plans
                 .iter()
                 .map(|plan| vec![plan.what.into(), plan.methods.join(", "), plan.detail.clone()]);
@@ -50,6 +38,19 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The system of a scene, its degrees of freedom and its drive, in words.
+fn described(scene: &Scene) -> String {
+    let model = &scene.problem.model;
+    let (name, dof, timed) = (model.name(), model.degrees(), timed(model));
+    let freedom = if dof == 1 { "degree" } else { "degrees" };
+    let drive = match model.drive_period() {
+        Some(period) => format!(", {timed} with period {period}"),
+        None if timed.is_empty() => String::new(),
+        None => format!(", {timed} without a known period"),
+    };
+    format!("{name}, {dof} {freedom} of freedom{drive}")
 }
 
 /// How a system depends on the time; empty if it does not.
@@ -70,104 +71,119 @@ fn steps(count: usize) -> String {
     if count == 1 { "1 step".into() } else { format!("{count} steps") }
 }
 
+fn plan(what: &'static str, methods: &[&'static Row], detail: String) -> Plan {
+    Plan { what, methods: methods.iter().map(|row| row.name).collect(), detail }
+}
+
 fn plans(scene: &Scene) -> Vec<Plan> {
-    let studies = &scene.studies;
-    let mut plans = Vec::new();
-    let mut add = |what, methods: &[&'static Row], detail| {
-        plans.push(Plan { what, methods: methods.iter().map(|row| row.name).collect(), detail });
-    };
-    if let Some(plan) = &scene.run {
-        let count = (scene.problem.end / scene.step).round() as usize;
-        let all: Vec<_> = plan.methods.iter().chain(&plan.adaptive).copied().collect();
-        let tolerance = plan.tolerance.map_or(String::new(), |x| format!(", tolerance {x:e}"));
-        let steps = steps(count);
-        let detail = format!("{steps} of {}, {}{tolerance}", scene.step, kept(plan.every));
-        add("run", &all, detail);
-        if let Err(error) = scene.refuse_changes() {
-            add("events", &[], error.problem.to_string());
-        }
-        if let Some(stops) = experiment::stops(scene) {
-            add("events", &[], stops.statement);
-        }
-        let figures: Vec<_> = scene.figures.iter().map(|plan| plan.name.as_str()).collect();
-        if !figures.is_empty() {
-            add("figures", &[], figures.join(", "));
-        }
-    }
-    if let Some(plan) = &studies.local_order {
-        let detail =
-            format!("{} on a grid of {}", steps(plan.study.steps.len()), plan.study.base_step);
-        add("local-order", &plan.methods, detail);
-    }
-    if let Some(plan) = &studies.global_order {
-        add("global-order", &plan.methods, steps(plan.steps.len()));
-    }
-    if let Some(plan) = &studies.energy {
-        add("energy", &plan.methods, format!("steps of {}, {}", plan.step, kept(plan.every)));
-    }
-    if let Some(plan) = &studies.work_precision {
-        add("work-precision", &plan.methods, steps(plan.steps.len()));
-    }
-    if let Some(plan) = &studies.stability {
-        let detail = format!(
-            "{} by {} values of {}",
-            steps(plan.steps.len()),
-            plan.values.len(),
-            plan.parameter
-        );
-        add("stability", &plan.methods, detail);
-    }
-    if let Some(plan) = &studies.long_run {
-        add("long-run", &plan.methods, format!("{} steps of {}", plan.count, plan.step));
-    }
-    let model = &scene.problem.model;
-    if let Some(plan) = &studies.poincare {
-        let (study, steps) = (&plan.study, steps(plan.steps.len()));
-        let starts = study.starts.len();
-        let detail = format!(
-            "{steps}, {} states of {starts} {}, {}",
-            study.points,
-            if starts == 1 { "run" } else { "runs" },
-            study.section.describe(model)
-        );
-        add("poincare", &plan.methods, detail);
-    }
-    if let Some(plan) = &studies.bifurcation {
-        let (study, steps) = (&plan.study, steps(plan.steps.len()));
-        let detail = format!(
-            "{steps}, {} values of {}, {}",
-            study.values.len(),
-            study.parameter,
-            study.section.describe(model)
-        );
-        add("bifurcation", &plan.methods, detail);
-    }
-    if let Some(plan) = &studies.resonance {
-        let steps = steps(plan.steps.len());
-        let (count, parameter) = (plan.study.values.len(), &plan.study.parameter);
-        add("resonance", &plan.methods, format!("{steps}, {count} values of {parameter}"));
-    }
-    if let Some(plan) = &studies.basins {
-        let steps = steps(plan.steps.len());
-        let [width, height] = plan.study.axes.each_ref().map(|axis| axis.values.len());
-        let section = plan.study.section.describe(model);
-        let detail = format!("{steps}, {width} by {height} initial states, {section}");
-        add("basins", &plan.methods, detail);
-    }
-    if let Some(plan) = &studies.lyapunov {
-        let (study, steps) = (&plan.study, steps(plan.steps.len()));
-        let detail = format!("{steps}, {} rows over t = {}", study.rows, study.time);
-        add("lyapunov", &plan.methods, detail);
-    }
-    if let Some(plan) = &studies.limit_cycle {
-        let branch = plan.study.branch.as_ref();
-        let along = branch.map(|to| format!(", {} from {} to {}", to.parameter, to.from, to.to));
-        let detail = format!("{}{}", steps(plan.steps.len()), along.unwrap_or_default());
-        add("limit-cycle", &plan.methods, detail);
-    }
-    if let Some(sweep) = &scene.sweep {
+    let mut plans = runs(scene);
+    plans.extend(accuracy(&scene.studies).into_iter().flatten());
+    plans.extend(attractors(scene).into_iter().flatten());
+    plans.extend(scene.sweep.as_ref().map(|sweep| {
         let detail = format!("{} points over {}", sweep.count(), sweep.names.join(", "));
-        add("sweep", &[], detail);
+        plan("sweep", &[], detail)
+    }));
+    plans
+}
+
+/// The trajectories, their events and their figures.
+fn runs(scene: &Scene) -> Vec<Plan> {
+    let Some(run) = &scene.run else { return Vec::new() };
+    let steps = steps((scene.problem.end / scene.step).round() as usize);
+    let methods: Vec<_> = run.methods.iter().chain(&run.adaptive).copied().collect();
+    let tolerance = run.tolerance.map_or(String::new(), |x| format!(", tolerance {x:e}"));
+    let detail = format!("{steps} of {}, {}{tolerance}", scene.step, kept(run.every));
+    let mut plans = vec![plan("run", &methods, detail)];
+    if let Err(error) = scene.refuse_changes() {
+        plans.push(plan("events", &[], error.problem.to_string()));
+    }
+    plans.extend(experiment::stops(scene).map(|stops| plan("events", &[], stops.statement)));
+    let figures: Vec<_> = scene.figures.iter().map(|plan| plan.name.as_str()).collect();
+    if !figures.is_empty() {
+        plans.push(plan("figures", &[], figures.join(", ")));
     }
     plans
+}
+
+/// The studies of errors, energies, cost and stability.
+fn accuracy(studies: &Studies) -> [Option<Plan>; 6] {
+    [
+        studies.local_order.as_ref().map(|of| {
+            let detail =
+                format!("{} on a grid of {}", steps(of.study.steps.len()), of.study.base_step);
+            plan("local-order", &of.methods, detail)
+        }),
+        studies
+            .global_order
+            .as_ref()
+            .map(|of| plan("global-order", &of.methods, steps(of.steps.len()))),
+        studies.energy.as_ref().map(|of| {
+            plan("energy", &of.methods, format!("steps of {}, {}", of.step, kept(of.every)))
+        }),
+        studies
+            .work_precision
+            .as_ref()
+            .map(|of| plan("work-precision", &of.methods, steps(of.steps.len()))),
+        studies.stability.as_ref().map(|of| {
+            let (steps, values) = (steps(of.steps.len()), of.values.len());
+            let detail = format!("{steps} by {values} values of {}", of.parameter);
+            plan("stability", &of.methods, detail)
+        }),
+        studies
+            .long_run
+            .as_ref()
+            .map(|of| plan("long-run", &of.methods, format!("{} steps of {}", of.count, of.step))),
+    ]
+}
+
+/// The studies of attractors.
+fn attractors(scene: &Scene) -> [Option<Plan>; 6] {
+    let (studies, model) = (&scene.studies, &scene.problem.model);
+    [
+        studies.poincare.as_ref().map(|of| {
+            of_each(of, "poincare", |study| {
+                let (states, starts) = (study.points, study.starts.len());
+                let runs = if starts == 1 { "run" } else { "runs" };
+                let section = study.section.describe(model);
+                format!(", {states} states of {starts} {runs}, {section}")
+            })
+        }),
+        studies.bifurcation.as_ref().map(|of| {
+            of_each(of, "bifurcation", |study| {
+                let (count, parameter) = (study.values.len(), &study.parameter);
+                let section = study.section.describe(model);
+                format!(", {count} values of {parameter}, {section}")
+            })
+        }),
+        studies.resonance.as_ref().map(|of| {
+            of_each(of, "resonance", |study| {
+                format!(", {} values of {}", study.values.len(), study.parameter)
+            })
+        }),
+        studies.basins.as_ref().map(|of| {
+            of_each(of, "basins", |study| {
+                let [width, height] = study.axes.each_ref().map(|axis| axis.values.len());
+                let section = study.section.describe(model);
+                format!(", {width} by {height} initial states, {section}")
+            })
+        }),
+        studies.lyapunov.as_ref().map(|of| {
+            of_each(of, "lyapunov", |study| {
+                format!(", {} rows over t = {}", study.rows, study.time)
+            })
+        }),
+        studies.limit_cycle.as_ref().map(|of| {
+            of_each(of, "limit-cycle", |study| {
+                let along = study.branch.as_ref();
+                along.map_or(String::new(), |to| {
+                    format!(", {} from {} to {}", to.parameter, to.from, to.to)
+                })
+            })
+        }),
+    ]
+}
+
+/// The plan of a study of methods at several steps.
+fn of_each<S>(of: &DynamicsPlan<S>, what: &'static str, detail: impl Fn(&S) -> String) -> Plan {
+    plan(what, &of.methods, steps(of.steps.len()) + &detail(&of.study))
 }

@@ -137,35 +137,14 @@ fn systems() -> impl Iterator<Item = System> {
 pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
     match (what, format) {
         (What::Functions, Format::Json) => table::json(&words().collect::<Vec<_>>())?,
+        (What::Methods, Format::Json) => table::json(&methods().collect::<Vec<_>>())?,
+        (What::Systems, Format::Json) => table::json(&systems().collect::<Vec<_>>())?,
         (What::Functions, Format::Table) => {
             let rows = words().map(|word| vec![word.write.to_string(), word.meaning.to_string()]);
             let columns = [Column::words("write", 0, 20), Column::words("what it is", 0, 30)];
             table::print(&columns, rows)?;
         }
-        (What::Methods, Format::Json) => table::json(&methods().collect::<Vec<_>>())?,
-        (What::Systems, Format::Json) => table::json(&systems().collect::<Vec<_>>())?,
         (What::Methods, Format::Table) => {
-            let yes = |flag| if flag { "yes" } else { "" }.to_string();
-            let rows = methods().map(|row| {
-                let [q, p, w] = [&row.local_order_q, &row.local_order_p, &row.local_order_w];
-                vec![
-                    row.name.into(),
-                    row.order.to_string(),
-                    format!("{q} {p} {w}"),
-                    yes(row.keeps_k),
-                    yes(row.passive),
-                    if row.l_stable {
-                        "A, L".into()
-                    } else if row.a_stable {
-                        "A".into()
-                    } else {
-                        String::new()
-                    },
-                    row.cost,
-                    row.needs.into(),
-                    row.about.into(),
-                ]
-            });
             let columns = [
                 Column::of("method", 0),
                 Column::of("order", 0),
@@ -177,19 +156,9 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
                 Column::words("needs", 1, 16),
                 Column::words("what", 6, 30),
             ];
-            table::print(&columns, rows)?;
+            table::print(&columns, methods().map(Method::cells))?;
         }
         (What::Systems, Format::Table) => {
-            let rows = systems().map(|row| {
-                let parameters = row.parameters.join(", ");
-                vec![
-                    row.name.into(),
-                    row.equations.into(),
-                    parameters,
-                    row.ranges.into(),
-                    row.solution.into(),
-                ]
-            });
             let columns = [
                 Column::of("system", 0),
                 Column::words("equations", 0, 30),
@@ -197,8 +166,43 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
                 Column::words("they may be", 2, 16),
                 Column::words("solution", 3, 40),
             ];
-            table::print(&columns, rows)?;
+            table::print(&columns, systems().map(System::cells))?;
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+impl Method {
+    fn cells(self) -> Vec<String> {
+        let yes = |flag| if flag { "yes" } else { "" }.to_string();
+        let stable = match (self.a_stable, self.l_stable) {
+            (_, true) => "A, L",
+            (true, false) => "A",
+            (false, false) => "",
+        };
+        let [q, p, w] = [self.local_order_q, self.local_order_p, self.local_order_w];
+        vec![
+            self.name.into(),
+            self.order.to_string(),
+            format!("{q} {p} {w}"),
+            yes(self.keeps_k),
+            yes(self.passive),
+            stable.into(),
+            self.cost,
+            self.needs.into(),
+            self.about.into(),
+        ]
+    }
+}
+
+impl System {
+    fn cells(self) -> Vec<String> {
+        vec![
+            self.name.into(),
+            self.equations.into(),
+            self.parameters.join(", "),
+            self.ranges.into(),
+            self.solution.into(),
+        ]
+    }
 }

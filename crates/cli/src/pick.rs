@@ -89,56 +89,7 @@ struct Answer<'a> {
 }
 
 fn print(found: &Pick, end: f64) -> Result<(), Failure> {
-    let bound = found.wanted.error;
-    let asked = format!("within {bound:e} {}{}", found.wanted.place(end), structure(found));
-    if found.interrupted {
-        let tried = found.tried.len();
-        table::text(&format!("The search was interrupted after {tried} runs; so far:"))?;
-    }
-    match (&found.qualified[..], found.too_sensitive) {
-        ([], Some(why)) => {
-            table::text(&format!("The scene is too sensitive for an error of {bound:e}: {why}."))?;
-        }
-        ([], None) if found.interrupted => {
-            table::text(&format!("No method was found and checked yet {asked}."))?;
-        }
-        ([], None) => table::text(&format!("No method was found {asked}."))?,
-        ([winner, rest @ ..], _) => {
-            let run = &winner.run;
-            let (method, by) = (run.method, setting(run));
-            table::text(&format!("{method} with {by} is the cheapest {asked}: {}.", cost(winner)))?;
-            table::text(&format!("{}.", checked(winner, found.check)))?;
-            match rest.first() {
-                Some(second) => table::text(&format!(
-                    "The runner-up is {} with {}: {}.",
-                    second.run.method,
-                    setting(&second.run),
-                    cost(second)
-                ))?,
-                None => table::text("Nothing else qualifies.")?,
-            }
-            if let Some(tied) = rest.get(..found.ties).filter(|tied| !tied.is_empty()) {
-                let names: Vec<_> = tied.iter().map(|other| other.run.method).collect();
-                table::text(&format!(
-                    "Not told from {method} by the noise of the times: {}. Another search may \
-                     prefer one of them.",
-                    names.join(", ")
-                ))?;
-            }
-        }
-    }
-    if let ([], Some(nearest)) = (&found.qualified[..], found.others.first()) {
-        table::text(&format!("Nearest is {}: {}.", nearest.run.method, why_not(nearest)))?;
-    }
-    if found.doubt.most() > bound / 10.0 {
-        table::text(&format!(
-            "! The reference itself is known to {:.0e} only.",
-            found.doubt.most()
-        ))?;
-    }
-    if found.wanted.passive && !found.is_passive {
-        table::text("The system is not known to be passive: no step can violate passivity.")?;
-    }
+    said(found, end).iter().try_for_each(|line| table::text(line))?;
     let shown = found.qualified.iter().take(SHOWN).chain(found.others.iter().take(NEAREST));
     let rows: Vec<Vec<String>> = shown.map(cells).collect();
     if rows.is_empty() {
@@ -166,6 +117,61 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
         0 => Ok(()),
         more => table::text(&format!("{more} more qualify; --format json shows all.")),
     }
+}
+
+/// The result of the search in sentences: what was found, and what it is known to.
+fn said(found: &Pick, end: f64) -> Vec<String> {
+    let bound = found.wanted.error;
+    let asked = format!("within {bound:e} {}{}", found.wanted.place(end), structure(found));
+    let mut lines = Vec::new();
+    if found.interrupted {
+        let tried = found.tried.len();
+        lines.push(format!("The search was interrupted after {tried} runs; so far:"));
+    }
+    match (&found.qualified[..], found.too_sensitive) {
+        ([], Some(why)) => {
+            lines.push(format!("The scene is too sensitive for an error of {bound:e}: {why}."));
+        }
+        ([], None) if found.interrupted => {
+            lines.push(format!("No method was found and checked yet {asked}."));
+        }
+        ([], None) => lines.push(format!("No method was found {asked}.")),
+        ([winner, rest @ ..], _) => lines.extend(cheapest(found, winner, rest, &asked)),
+    }
+    if let ([], Some(nearest)) = (&found.qualified[..], found.others.first()) {
+        lines.push(format!("Nearest is {}: {}.", nearest.run.method, why_not(nearest)));
+    }
+    let doubt = found.doubt.most();
+    if doubt > bound / 10.0 {
+        lines.push(format!("! The reference itself is known to {doubt:.0e} only."));
+    }
+    if found.wanted.passive && !found.is_passive {
+        lines.push("The system is not known to be passive: no step can violate passivity.".into());
+    }
+    lines
+}
+
+/// The cheapest method, its check, and those that come next.
+fn cheapest(found: &Pick, winner: &Candidate, rest: &[Candidate], asked: &str) -> Vec<String> {
+    let (method, by) = (winner.run.method, setting(&winner.run));
+    let next = rest.first().map_or("Nothing else qualifies.".into(), |second| {
+        let (other, by) = (second.run.method, setting(&second.run));
+        format!("The runner-up is {other} with {by}: {}.", cost(second))
+    });
+    let mut lines = vec![
+        format!("{method} with {by} is the cheapest {asked}: {}.", cost(winner)),
+        format!("{}.", checked(winner, found.check)),
+        next,
+    ];
+    if let Some(tied) = rest.get(..found.ties).filter(|tied| !tied.is_empty()) {
+        let names: Vec<_> = tied.iter().map(|other| other.run.method).collect();
+        lines.push(format!(
+            "Not told from {method} by the noise of the times: {}. Another search may prefer one \
+             of them.",
+            names.join(", ")
+        ));
+    }
+    lines
 }
 
 /// The other requirements, in words.

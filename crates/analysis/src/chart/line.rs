@@ -73,12 +73,10 @@ impl LineChart {
 
     /// The chart as a drawing.
     pub fn draw(&self) -> Drawing {
-        let placed: Vec<Vec<_>> =
-            self.curves.iter().map(|curve| place(&self.x, &self.y, &curve.points)).collect();
-        let bounds: Vec<Vec<_>> =
-            self.curves.iter().map(|curve| place(&self.x, &self.y, &curve.bounds)).collect();
-        let missing = self.curves.iter().map(|c| c.points.len()).sum::<usize>()
-            - placed.iter().map(Vec::len).sum::<usize>();
+        let on_plot = |points: fn(&Curve) -> &Vec<Point>| -> Vec<Vec<Point>> {
+            self.curves.iter().map(|curve| place(&self.x, &self.y, points(curve))).collect()
+        };
+        let (placed, bounds) = (on_plot(|curve| &curve.points), on_plot(|curve| &curve.bounds));
         let xs = || placed.iter().chain(&bounds).flatten().map(|p| p.0);
         let mut x_span = self.x.span(xs());
         if self.x.scale == Scale::Log {
@@ -88,37 +86,57 @@ impl LineChart {
         let guides = self.guide_lines(&placed, &y_span);
 
         let legend = Legend::of(&self.curves);
-        let bounded = bounds.iter().map(Vec::len).sum::<usize>();
-        let note = f64::from(u8::from(missing > 0) + u8::from(bounded > 0)) * ROW;
+        let notes = self.notes(&placed, &bounds);
         let size = (CANVAS.0 - legend.right, CANVAS.1);
-        let room = (legend.right + legend.overhang, legend.below + note);
+        let below = legend.below + notes.len() as f64 * ROW;
+        let room = (legend.right + legend.overhang, below);
         let mut frame = Frame::new(&self.title, (&self.x, x_span), (&self.y, y_span), size, room);
         frame.axes(true);
         for (_, from, to) in &guides {
             draw_guide(&mut frame, *from, *to);
         }
-        let most = most_points(self.curves.len());
         let looks = Look::of_labels(self.curves.iter().map(|curve| curve.label.as_str()));
-        for ((curve, points), &look) in self.curves.iter().zip(&placed).zip(&looks) {
-            if curve.style == Style::Dots {
-                draw_curve(&mut frame, look, curve.style, points);
-            } else {
-                draw_curve(&mut frame, look, curve.style, &thin(points, most));
-            }
-        }
-        for (bounds, look) in bounds.iter().zip(&looks).filter(|(bounds, _)| !bounds.is_empty()) {
-            let pixels: Vec<_> = thin(bounds, most).into_iter().map(|p| frame.pixel(p)).collect();
-            frame.add(look.upper_bounds(&pixels, 4.0));
-        }
+        self.draw_curves(&mut frame, &looks, &placed, &bounds);
         // Guide labels are drawn last, with a white rim, so that no curve crosses them.
         for (slope, from, to) in &guides {
             label_guide(&mut frame, *slope, *from, *to);
         }
         let (left, top, ..) = frame.plot();
         legend.entries((left, top), &self.curves, &looks).for_each(|entry| frame.add(entry));
+        for (row, note) in notes.into_iter().enumerate() {
+            let at = (CANVAS.0 - 12.0, CANVAS.1 + legend.below + (0.4 + row as f64) * ROW);
+            frame.add(frame::note(note, at, TextAnchor::End));
+        }
+        frame.drawing()
+    }
+
+    fn draw_curves(
+        &self,
+        frame: &mut Frame,
+        looks: &[Look],
+        placed: &[Vec<Point>],
+        bounds: &[Vec<Point>],
+    ) {
+        let most = most_points(self.curves.len());
+        for ((curve, points), &look) in self.curves.iter().zip(placed).zip(looks) {
+            if curve.style == Style::Dots {
+                draw_curve(frame, look, curve.style, points);
+            } else {
+                draw_curve(frame, look, curve.style, &thin(points, most));
+            }
+        }
+        for (bounds, look) in bounds.iter().zip(looks).filter(|(bounds, _)| !bounds.is_empty()) {
+            let pixels: Vec<_> = thin(bounds, most).into_iter().map(|p| frame.pixel(p)).collect();
+            frame.add(look.upper_bounds(&pixels, 4.0));
+        }
+    }
+
+    /// The notes below the chart: on points that are not shown, and on upper bounds.
+    fn notes(&self, placed: &[Vec<Point>], bounds: &[Vec<Point>]) -> Vec<String> {
+        let all: usize = self.curves.iter().map(|curve| curve.points.len()).sum();
+        let missing = all - placed.iter().map(Vec::len).sum::<usize>();
         let mut notes = Vec::new();
         if missing > 0 {
-            let all: usize = self.curves.iter().map(|c| c.points.len()).sum();
             let why = if [self.x.scale, self.y.scale].contains(&Scale::Log) {
                 "zero, negative or not finite"
             } else {
@@ -126,16 +144,12 @@ impl LineChart {
             };
             notes.push(format!("{missing} of {all} points are not shown: {why}"));
         }
-        if bounded > 0 {
+        if bounds.iter().any(|bounds| !bounds.is_empty()) {
             notes.push(
                 "hollow with an arrow: an upper bound, set by the doubt of the reference".into(),
             );
         }
-        for (row, note) in notes.into_iter().enumerate() {
-            let at = (CANVAS.0 - 12.0, CANVAS.1 + legend.below + (0.4 + row as f64) * ROW);
-            frame.add(frame::note(note, at, TextAnchor::End));
-        }
-        frame.drawing()
+        notes
     }
 
     /// The guides as slopes and end points, in coordinates along the axes.

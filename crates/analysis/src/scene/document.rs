@@ -17,7 +17,7 @@ pub(super) use dynamics::{
 };
 pub(super) use entries::{Column, Entries, EntriesTable};
 pub(super) use event::{ActionName, EventTable};
-pub(super) use figures::FigureTable;
+pub(super) use figures::{FigureTable, Names};
 pub use figures::{UnitsTable, Variable};
 pub use range::Spacing;
 pub(super) use range::{RangeTable, Spread};

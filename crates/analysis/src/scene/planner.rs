@@ -1,5 +1,6 @@
 //! Plans from the tables of a scene.
 
+mod accuracy;
 mod budget;
 mod dynamics;
 mod events;
@@ -9,18 +10,14 @@ mod stability;
 mod tangents;
 mod values;
 
-use super::document::{Document, RunTable, Spread};
-use super::plan::{
-    EnergyPlan, LocalOrderPlan, LongRunPlan, RunPlan, StepsPlan, Studies, WorkPrecisionPlan,
-};
+use super::document::{Document, RunTable};
+use super::plan::{RunPlan, Studies};
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
-use crate::study::{Problem, local_order::LocalOrder, trajectory};
-use afterbay_core::{Grid, InputError, Tolerance};
-use afterbay_methods::registry::{self, ADAPTIVE, Row};
-use budget::MOST_TOLERANCES;
+use crate::study::{Problem, trajectory};
+use afterbay_core::{InputError, Tolerance};
+use afterbay_methods::registry;
 use methods::Methods;
-use values::entry;
 
 /// Checks the tables of a scene and makes plans of them.
 pub(super) struct Planner<'a> {
@@ -104,102 +101,21 @@ impl Planner<'_> {
     }
 
     pub(super) fn studies(&self) -> Planned<Studies> {
-        let tables = &self.document.study;
-        let mut studies = Studies::default();
         self.refuse_timed()?;
-        if let Some(table) = &tables.local_order {
-            let path = "study.local-order";
-            let methods = self.fixed_methods(path, table.methods.as_ref())?;
-            let steps = self.spread(&format!("{path}.steps"), &table.steps)?;
-            let base = format!("{path}.base_step");
-            let grid = self.base_grid(&base, table.base_step)?;
-            for (i, &h) in steps.iter().enumerate() {
-                let at = entry(path, &table.steps, i);
-                match Grid::<f64>::new(table.base_step, h) {
-                    Err(InputError::NotAMultiple { .. }) => {
-                        let problem = SceneProblem::OffGrid { step: h, base: table.base_step };
-                        return self.refuse(&at, problem);
-                    }
-                    grid => self.within(&at, grid.map(drop))?,
-                }
-            }
-            self.steps_fit(&base, grid.steps as f64 * (methods.len() * steps.len()) as f64)?;
-            // The exact solution is stored along the grid.
-            self.table_fits(&base, grid.steps, 3 * self.problem.model.dof() + 1)?;
-            studies.local_order = Some(LocalOrderPlan {
-                methods,
-                study: LocalOrder { base_step: table.base_step, steps },
-            });
-        }
-        if let Some(table) = &tables.global_order {
-            let path = "study.global-order";
-            let methods = self.fixed_methods(path, table.methods.as_ref())?;
-            let plan = self.at_steps(path, methods, &table.steps)?;
-            if plan.steps.len() == 1 {
-                return self.refuse(&format!("{path}.steps"), SceneProblem::OneStep);
-            }
-            studies.global_order = Some(plan);
-        }
-        if let Some(table) = &tables.energy {
-            let path = "study.energy";
-            let methods = self.fixed_methods(path, table.methods.as_ref())?;
-            let step = self.step(table.step)?;
-            let grid =
-                self.within(&format!("{path}.step"), Grid::<f64>::new(step, self.problem.end))?;
-            let every = self.every(&format!("{path}.every"), table.every, grid.steps)?;
-            self.steps_fit(path, grid.steps as f64 * methods.len() as f64)?;
-            let dof = self.problem.model.dof();
-            self.table_fits(path, grid.steps / every, methods.len() * (8 + dof))?;
-            // The exact solution is stored at every step.
-            self.table_fits(path, grid.steps, 3 * dof + 1)?;
-            studies.energy = Some(EnergyPlan { methods, step, every });
-        }
-        if let Some(table) = &tables.work_precision {
-            let path = "study.work-precision";
-            let (at, names) = self.names(path, table.methods.as_ref())?;
-            let Methods { fixed, mut adaptive } = self.methods(&at, names)?;
-            if table.tolerances.is_empty() && table.methods.is_some() {
-                self.none_adaptive(&at, names, &adaptive)?;
-            }
-            if adaptive.is_empty() {
-                adaptive.extend(ADAPTIVE);
-            }
-            let StepsPlan { methods, steps } = self.at_steps(path, fixed, &table.steps)?;
-            let (tolerances, path) = (table.tolerances.clone(), format!("{path}.tolerances"));
-            let size = (tolerances.len() as f64, MOST_TOLERANCES);
-            self.budget(&path, "the number of tolerances", size, "give fewer of them")?;
-            self.list(&path, &tolerances, |tolerance| Tolerance::all(tolerance).check::<f64>())?;
-            studies.work_precision =
-                Some(WorkPrecisionPlan { methods, adaptive, steps, tolerances });
-        }
-        if let Some(table) = &tables.long_run {
-            let path = "study.long-run";
-            let methods = self.fixed_methods(path, table.methods.as_ref())?;
-            let step = self.step(table.step)?;
-            self.within(&format!("{path}.step"), Grid::<f64>::of(step, table.count))?;
-            if table.count == 0 {
-                let range = "at least 1";
-                return self.refuse(
-                    &format!("{path}.count"),
-                    SceneProblem::Range { name: "count", value: 0.0, range },
-                );
-            }
-            self.steps_fit(&format!("{path}.count"), table.count as f64 * methods.len() as f64)?;
-            studies.long_run = Some(LongRunPlan {
-                methods,
-                step,
-                count: table.count,
-                compensated: table.compensated,
-            });
-        }
-        studies.stability = self.stability()?;
-        studies.poincare = self.poincare()?;
-        studies.bifurcation = self.bifurcation()?;
-        studies.resonance = self.resonance()?;
-        studies.basins = self.basins()?;
-        studies.lyapunov = self.lyapunov()?;
-        studies.limit_cycle = self.limit_cycle()?;
-        Ok(studies)
+        Ok(Studies {
+            local_order: self.local_order()?,
+            global_order: self.global_order()?,
+            energy: self.energy()?,
+            work_precision: self.work_precision()?,
+            long_run: self.long_run()?,
+            stability: self.stability()?,
+            poincare: self.poincare()?,
+            bifurcation: self.bifurcation()?,
+            resonance: self.resonance()?,
+            basins: self.basins()?,
+            lyapunov: self.lyapunov()?,
+            limit_cycle: self.limit_cycle()?,
+        })
     }
 
     /// Refuses the studies that take neither a drive nor a system that depends on the time.
@@ -223,33 +139,5 @@ impl Planner<'_> {
             }
             _ => Ok(()),
         }
-    }
-
-    /// The grid of a study of local errors.
-    fn base_grid(&self, path: &str, step: f64) -> Planned<Grid<f64>> {
-        match Grid::<f64>::new(step, self.problem.end) {
-            Err(InputError::NotAMultiple { end, h, nearest }) => {
-                let name = "base_step";
-                self.refuse(path, SceneProblem::Indivisible { name, end, h, nearest })
-            }
-            grid => self.within(path, grid),
-        }
-    }
-
-    fn at_steps(
-        &self,
-        path: &str,
-        methods: Vec<&'static Row>,
-        steps: &Spread,
-    ) -> Planned<StepsPlan> {
-        let spread = self.spread(&format!("{path}.steps"), steps)?;
-        let mut all = 0.0;
-        for (i, &h) in spread.iter().enumerate() {
-            let grid =
-                self.within(&entry(path, steps, i), Grid::<f64>::new(h, self.problem.end))?;
-            all += grid.steps as f64 * methods.len() as f64;
-        }
-        self.steps_fit(&format!("{path}.steps"), all)?;
-        Ok(StepsPlan { methods, steps: spread })
     }
 }

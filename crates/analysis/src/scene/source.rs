@@ -168,31 +168,22 @@ impl<'s> Schema<'s> {
         let forms = self.forms();
         let expects = |kind: &str| forms.iter().copied().find(|form| form.is(kind));
         let found = match value.get_ref() {
-            DeValue::Float(number) => {
-                if expects("number").is_some() {
-                    return if is_number(number.as_str()) {
-                        Ok(())
-                    } else {
-                        refuse(SceneProblem::Number { text: number.as_str().into() })
-                    };
-                }
-                "a number with a fraction"
-            }
-            DeValue::Integer(number) => {
-                if number.as_str().starts_with('-')
-                    && expects("number").is_none()
-                    && expects("integer").is_some()
-                {
-                    "negative"
-                } else if expects("number").or(expects("integer")).is_some() {
-                    return match i64::from_str_radix(number.as_str(), number.radix()) {
-                        Ok(_) => Ok(()),
-                        Err(_) => refuse(SceneProblem::LargeWhole { text: number.as_str().into() }),
-                    };
-                } else {
-                    "a number"
-                }
-            }
+            DeValue::Float(number) => match expects("number") {
+                Some(_) if is_number(number.as_str()) => return Ok(()),
+                Some(_) => return refuse(SceneProblem::Number { text: number.as_str().into() }),
+                None => "a number with a fraction",
+            },
+            DeValue::Integer(number) => match (expects("number"), expects("integer")) {
+                (None, None) => "a number",
+                (None, Some(_)) if number.as_str().starts_with('-') => "negative",
+                _ => match i64::from_str_radix(number.as_str(), number.radix()) {
+                    Ok(_) => return Ok(()),
+                    Err(_) => {
+                        let text = number.as_str().into();
+                        return refuse(SceneProblem::LargeWhole { text });
+                    }
+                },
+            },
             DeValue::String(text) => match expects("string") {
                 Some(_) => return word(&forms, text, value.span()),
                 None if text.trim().parse::<f64>().is_ok() => {
@@ -215,18 +206,22 @@ impl<'s> Schema<'s> {
             DeValue::Boolean(_) => "true or false",
             DeValue::Datetime(_) => "a date or time",
         };
-        let names = [
-            ("number", "a number"),
-            ("integer", "a whole number, 0 or more"),
-            ("string", "text"),
-            ("array", "a list"),
-            ("object", "a table"),
-            ("boolean", "true or false"),
-        ];
-        let expected: Vec<_> =
-            names.iter().filter(|(kind, _)| expects(kind).is_some()).map(|x| x.1).collect();
-        refuse(SceneProblem::Kind { found, expected: expected.join(" or ") })
+        refuse(SceneProblem::Kind { found, expected: expected(&forms) })
     }
+}
+
+/// The kinds that values of these forms have, in words.
+fn expected(forms: &[Schema<'_>]) -> String {
+    let names = [
+        ("number", "a number"),
+        ("integer", "a whole number, 0 or more"),
+        ("string", "text"),
+        ("array", "a list"),
+        ("object", "a table"),
+        ("boolean", "true or false"),
+    ];
+    let is_expected = |(kind, _): &&(&str, _)| forms.iter().any(|form| form.is(kind));
+    names.iter().filter(is_expected).map(|x| x.1).collect::<Vec<_>>().join(" or ")
 }
 
 /// Is it one of the words there are, where not any will do?

@@ -10,7 +10,7 @@ use afterbay_core::{InputError, Quantity, State};
 use afterbay_expression::MOST_DEGREES;
 use afterbay_systems::{
     CustomError, CustomGeneral, Described, Description, DissipationText, GeneralDescription, Place,
-    SYSTEMS,
+    SYSTEMS, SystemRow,
 };
 
 /// The name of a system given by expressions.
@@ -32,43 +32,14 @@ pub(super) fn model(
     if table.name == CUSTOM {
         return custom(source, table, count).map(Model::Custom);
     }
-    let numbers = known;
     let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
     let Some(row) = SYSTEMS.iter().find(|row| row.name == table.name) else {
         let known = SYSTEMS.iter().map(|row| row.name).chain([CUSTOM]).map(str::to_owned).collect();
         let problem = SceneProblem::Unknown { what: "system", name: table.name.clone(), known };
         return Err(at("system.name", problem));
     };
-    let given = [
-        ("potential", table.potential.is_some()),
-        ("hamiltonian", table.hamiltonian.is_some()),
-        ("dissipation", table.dissipation.is_some()),
-        ("friction", table.friction.is_some()),
-        ("mass", table.mass.is_some()),
-    ];
-    if let Some((key, _)) = given.into_iter().find(|(_, given)| *given) {
-        let problem =
-            SceneProblem::Misplaced { key, why: "only a system called \"custom\" has one" };
-        return Err(at(&format!("system.{key}"), problem));
-    }
-    let known = || row.parameters.iter().map(|parameter| parameter.name.to_owned()).collect();
-    for name in table.parameters.keys() {
-        if !row.parameters.iter().any(|known| known.name == name) {
-            let problem =
-                SceneProblem::Unknown { what: "parameter", name: name.clone(), known: known() };
-            return Err(at(&format!("system.parameters.{name}"), problem));
-        }
-    }
-    if let Some(missing) = row
-        .parameters
-        .iter()
-        .map(|known| known.name)
-        .find(|name| !table.parameters.contains_key(*name))
-    {
-        let path = if table.parameters.is_empty() { "system" } else { "system.parameters" };
-        return Err(at(path, SceneProblem::Missing { key: format!("parameters.{missing}") }));
-    }
-    let values = numbers.iter().map(|(name, value)| (name.as_str(), *value));
+    check_keys(source, table, row)?;
+    let values = known.iter().map(|(name, value)| (name.as_str(), *value));
     let model = Model::named(row, values).map_err(|error| {
         let path = match &error {
             ModelError::NoParameter { name }
@@ -85,6 +56,34 @@ pub(super) fn model(
             Err(at(&format!("system.parameters.{name}"), error.into()))
         }
     }
+}
+
+/// Checks that the table of a built-in system has its parameters and nothing else.
+fn check_keys(source: &Source<'_>, table: &SystemTable, row: &SystemRow) -> Result<(), SceneError> {
+    let at = |path: &str, problem: SceneProblem| SceneError { problem, span: source.span(path) };
+    let given = [
+        ("potential", table.potential.is_some()),
+        ("hamiltonian", table.hamiltonian.is_some()),
+        ("dissipation", table.dissipation.is_some()),
+        ("friction", table.friction.is_some()),
+        ("mass", table.mass.is_some()),
+    ];
+    if let Some((key, _)) = given.into_iter().find(|(_, given)| *given) {
+        let why = "only a system called \"custom\" has one";
+        return Err(at(&format!("system.{key}"), SceneProblem::Misplaced { key, why }));
+    }
+    let known = || row.parameters.iter().map(|parameter| parameter.name);
+    if let Some(name) = table.parameters.keys().find(|name| !known().any(|known| known == *name)) {
+        let (name, known) = (name.clone(), known().map(str::to_owned).collect());
+        let path = format!("system.parameters.{name}");
+        return Err(at(&path, SceneProblem::Unknown { what: "parameter", name, known }));
+    }
+    if let Some(missing) = known().find(|name| !table.parameters.contains_key(*name)) {
+        let path = if table.parameters.is_empty() { "system" } else { "system.parameters" };
+        let key = format!("parameters.{missing}");
+        return Err(at(path, SceneProblem::Missing { key }));
+    }
+    Ok(())
 }
 
 fn custom(

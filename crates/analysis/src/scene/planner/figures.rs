@@ -2,7 +2,8 @@
 
 use super::{Planned, Planner};
 use crate::observable::{Observable, letter};
-use crate::scene::document::FigureTable;
+use crate::scene::Variable;
+use crate::scene::document::{FigureTable, Names};
 use crate::scene::plan::{FigurePlan, RunPlan, Shown};
 use crate::scene::problem::SceneProblem;
 
@@ -30,55 +31,55 @@ impl Planner<'_> {
             return self.refuse(&path, SceneProblem::Misplaced { key: "figure", why });
         };
         let shown = match (&table.y, table.map) {
-            (None, None) => {
-                return self.refuse(&path, SceneProblem::Missing { key: "y".into() });
-            }
-            (None, Some(variable)) => {
-                let why = "a map is over the degree of freedom and time";
-                for (key, given) in [("x", table.x.is_some()), ("log", table.log)] {
-                    if given {
-                        let problem = SceneProblem::Misplaced { key, why };
-                        return self.refuse(&format!("{path}.{key}"), problem);
-                    }
-                }
-                let letter = letter(variable);
-                let known = self.problem.model.variables();
-                if !known.contains(&letter) {
-                    let known = known.iter().map(ToString::to_string).collect();
-                    let problem =
-                        SceneProblem::Unknown { what: "variable", name: letter.into(), known };
-                    return self.refuse(&format!("{path}.map"), problem);
-                }
-                Shown::Map(variable)
-            }
+            (None, None) => self.refuse(&path, SceneProblem::Missing { key: "y".into() }),
+            (None, Some(variable)) => self.map(&path, table, variable),
             (Some(_), Some(_)) => {
                 let why = "a figure shows either y or a map";
                 let problem = SceneProblem::Misplaced { key: "map", why };
-                return self.refuse(&format!("{path}.map"), problem);
+                self.refuse(&format!("{path}.map"), problem)
             }
-            (Some(names), None) => {
-                let x = match &table.x {
-                    None => Observable::Time,
-                    Some(name) => self.observable(&format!("{path}.x"), name)?,
-                };
-                let mut y = Vec::new();
-                for (end, name) in names.each() {
-                    let at = format!("{path}.y{end}");
-                    let found = self.observable(&at, name)?;
-                    if y.contains(&found) {
-                        return self.refuse(&at, SceneProblem::Twice { name: name.into() });
-                    }
-                    y.push(found);
-                }
-                if y.is_empty() {
-                    let problem = SceneProblem::Empty { what: "quantity" };
-                    return self.refuse(&format!("{path}.y"), problem);
-                }
-                Shown::Curves { x, y, log: table.log }
-            }
-        };
+            (Some(names), None) => self.curves(&path, table, names),
+        }?;
         let methods = self.shown_methods(&format!("{path}.methods"), table, run)?;
         Ok(FigurePlan { name: name.into(), title: table.title.clone(), methods, shown })
+    }
+
+    fn map(&self, path: &str, table: &FigureTable, variable: Variable) -> Planned<Shown> {
+        let why = "a map is over the degree of freedom and time";
+        for (key, given) in [("x", table.x.is_some()), ("log", table.log)] {
+            if given {
+                let problem = SceneProblem::Misplaced { key, why };
+                return self.refuse(&format!("{path}.{key}"), problem);
+            }
+        }
+        let (letter, known) = (letter(variable), self.problem.model.variables());
+        if !known.contains(&letter) {
+            let known = known.iter().map(ToString::to_string).collect();
+            let problem = SceneProblem::Unknown { what: "variable", name: letter.into(), known };
+            return self.refuse(&format!("{path}.map"), problem);
+        }
+        Ok(Shown::Map(variable))
+    }
+
+    fn curves(&self, path: &str, table: &FigureTable, names: &Names) -> Planned<Shown> {
+        let x = match &table.x {
+            None => Observable::Time,
+            Some(name) => self.observable(&format!("{path}.x"), name)?,
+        };
+        let mut y = Vec::new();
+        for (end, name) in names.each() {
+            let at = format!("{path}.y{end}");
+            let found = self.observable(&at, name)?;
+            if y.contains(&found) {
+                return self.refuse(&at, SceneProblem::Twice { name: name.into() });
+            }
+            y.push(found);
+        }
+        if y.is_empty() {
+            let problem = SceneProblem::Empty { what: "quantity" };
+            return self.refuse(&format!("{path}.y"), problem);
+        }
+        Ok(Shown::Curves { x, y, log: table.log })
     }
 
     fn observable(&self, path: &str, name: &str) -> Planned<Observable> {

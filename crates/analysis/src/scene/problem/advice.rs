@@ -22,87 +22,85 @@ impl SceneProblem {
                 let digits = format!("{multiple:.12e}").parse().unwrap_or(multiple);
                 Some(format!("write {digits:?}, or a base_step that divides {step:?}"))
             }
-            Self::Adaptive { .. } => {
-                Some("give `tolerance` in [run], or `tolerances` in [study.work-precision]".into())
-            }
-            Self::FileName { .. } => {
-                Some("a name has letters, digits, `-` and `_`, at most 100 of them".into())
-            }
-            Self::Quoted { .. } => Some("write the number without quotation marks".into()),
-            Self::LargeWhole { .. } => Some("write it as 1e20 where any number may stand".into()),
-            Self::NoText => Some("save the file as UTF-8".into()),
-            Self::TooLarge { .. } => Some("is this the right file?".into()),
-            Self::Syntax(_) => {
-                Some("scenes are TOML files: see https://toml.io, and `afterbay schema`".into())
-            }
-            Self::Budget { change, .. } => Some((*change).into()),
-            Self::Nothing { .. } => {
-                Some("`afterbay schema` describes all tables a scene may have".into())
-            }
             Self::Indivisible { end, h, nearest, .. } => Some(match short_steps(*end, *h) {
                 [Some(below), Some(above)] => format!("{below} and {above} divide it"),
                 [Some(step), None] | [None, Some(step)] => format!("{step} divides it"),
                 [None, None] => format!("{nearest:?} divides it"),
             }),
-            Self::Input(InputError::Unsupported { .. }) => Some(NEEDS.into()),
+            Self::Budget { change, .. } => Some((*change).into()),
             Self::Unsupported { others, .. } => Some(applying(others)),
             Self::Length { set_by, .. } => Some(set_by.clone()),
-            Self::NoMatrix => Some(
-                "write friction = [[\"c\"]], a row for each degree of freedom, or \
-                 dissipation = [\"c*v1\"], a force for each"
-                    .into(),
-            ),
-            Self::OneStep => Some("write steps = [0.1, 0.05], or give one to [run]".into()),
             Self::AtPoint { problem, .. } => problem.help(),
-            Self::OneForm => Some(
-                "write [0.1, 0.2], { from = 0, to = 1, count = 5 }, { uniform = [0, 1] } or \
-                 { normal = [0, 1] }"
-                    .into(),
-            ),
-            Self::NoCount => {
-                Some("write q = { count = 8, value = .. } in [initial], or a list".into())
-            }
-            Self::NoPeriod => Some(
-                "t shows a period where it occurs only in sines and cosines of one frequency and \
-                 its multiples; that of forces may be given, as period = \"2*pi/omega\" in [drive]. Or \
-                 take a section such as section = { of = \"q1\", direction = \"rising\" }"
-                    .into(),
-            ),
-            Self::TwoAxes => Some(
-                "write grid = { q1 = { from = -2, to = 2, count = 100 }, \
-                 p1 = { from = -2, to = 2, count = 100 } }"
-                    .into(),
-            ),
             Self::OffPeriod { period, .. } => {
                 Some(format!("leave it out, or write a multiple of {period:?}"))
             }
-            Self::Changes { .. } => Some(
-                "leave the event out, to measure the motion without it; or use `afterbay run`, on a \
-                 scene without [study.*]"
-                    .into(),
-            ),
-            Self::NoMethods => Some("name `methods` here, or in [run] for all studies".into()),
             Self::Expression(problem) | Self::Custom(CustomError::Expression { problem, .. }) => {
                 problem.advice()
             }
-            Self::Missing { key } => match key.as_str() {
-                "initial" => Some("for example:  [initial]  q = [1.0]  p = [0.0]".into()),
-                "time" => Some("for example:  [time]  end = 10.0  step = 0.01".into()),
-                "system" => Some("for example:  [system]  name = \"duffing\"".into()),
-                "y" => Some("a quantity such as y = \"q1\", or a map such as map = \"q\"".into()),
-                "spread" => {
-                    Some("how far the starts lie from the initial state: spread = 0.5".into())
-                }
-                "step" => Some("the size of a step, such as step = 0.01".into()),
-                _ => None,
-            },
-            Self::Custom(CustomError::NotFinite { .. })
-            | Self::Input(InputError::NotFinite { .. }) => {
-                Some("start where H and all forces are finite".into())
-            }
-            _ => None,
+            Self::Missing { key } => example(key).map(Into::into),
+            _ => self.remedy().map(Into::into),
         }
     }
+
+    /// The advice that is the same for all problems of a kind.
+    fn remedy(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Adaptive { .. } => {
+                "give `tolerance` in [run], or `tolerances` in [study.work-precision]"
+            }
+            Self::FileName { .. } => "a name has letters, digits, `-` and `_`, at most 100 of them",
+            Self::Quoted { .. } => "write the number without quotation marks",
+            Self::LargeWhole { .. } => "write it as 1e20 where any number may stand",
+            Self::NoText => "save the file as UTF-8",
+            Self::TooLarge { .. } => "is this the right file?",
+            Self::Syntax(_) => "scenes are TOML files: see https://toml.io, and `afterbay schema`",
+            Self::Nothing { .. } => "`afterbay schema` describes all tables a scene may have",
+            Self::Input(InputError::Unsupported { .. }) => NEEDS,
+            Self::NoMatrix => {
+                "write friction = [[\"c\"]], a row for each degree of freedom, or \
+                 dissipation = [\"c*v1\"], a force for each"
+            }
+            Self::OneStep => "write steps = [0.1, 0.05], or give one to [run]",
+            Self::OneForm => {
+                "write [0.1, 0.2], { from = 0, to = 1, count = 5 }, { uniform = [0, 1] } or \
+                 { normal = [0, 1] }"
+            }
+            Self::NoCount => "write q = { count = 8, value = .. } in [initial], or a list",
+            Self::NoPeriod => {
+                "t shows a period where it occurs only in sines and cosines of one frequency and \
+                 its multiples; that of forces may be given, as period = \"2*pi/omega\" in \
+                 [drive]. Or take a section such as section = { of = \"q1\", direction = \
+                 \"rising\" }"
+            }
+            Self::TwoAxes => {
+                "write grid = { q1 = { from = -2, to = 2, count = 100 }, \
+                 p1 = { from = -2, to = 2, count = 100 } }"
+            }
+            Self::Changes { .. } => {
+                "leave the event out, to measure the motion without it; or use `afterbay run`, on \
+                 a scene without [study.*]"
+            }
+            Self::NoMethods => "name `methods` here, or in [run] for all studies",
+            Self::Custom(CustomError::NotFinite { .. })
+            | Self::Input(InputError::NotFinite { .. }) => {
+                "start where H and all forces are finite"
+            }
+            _ => return None,
+        })
+    }
+}
+
+/// An example of a key or a table that is missing.
+fn example(key: &str) -> Option<&'static str> {
+    Some(match key {
+        "initial" => "for example:  [initial]  q = [1.0]  p = [0.0]",
+        "time" => "for example:  [time]  end = 10.0  step = 0.01",
+        "system" => "for example:  [system]  name = \"duffing\"",
+        "y" => "a quantity such as y = \"q1\", or a map such as map = \"q\"",
+        "spread" => "how far the starts lie from the initial state: spread = 0.5",
+        "step" => "the size of a step, such as step = 0.01",
+        _ => return None,
+    })
 }
 
 /// The nearest steps of at most two digits that divide the end, between h/2 and h and between h and
