@@ -195,7 +195,7 @@ fn sheet(joined: &Joined, tables: (&Table, &Table)) -> Result<Sheet, crate::reco
     });
     let columns: Vec<&Column> = joined.columns.iter().collect();
     let rows: Vec<_> =
-        joined.pairs.iter().map(|pair| joined.cells(tables, *pair, &columns)).collect();
+        joined.pairs.iter().map(|pair| joined.entries(tables, *pair, &columns)).collect();
     sheet.wide_data(&joined.name, &joined.header(&columns), &rows)?;
     let topic = joined.name.clone();
     let mut charts = Vec::new();
@@ -221,7 +221,7 @@ fn sheet(joined: &Joined, tables: (&Table, &Table)) -> Result<Sheet, crate::reco
     let different: Vec<&Column> = joined.columns.iter().filter(|c| c.different > 0).collect();
     if !different.is_empty() && joined.pairs.len() <= SHOWN {
         let rows =
-            joined.pairs.iter().map(|pair| shortened(joined.cells(tables, *pair, &different)));
+            joined.pairs.iter().map(|pair| shortened(joined.entries(tables, *pair, &different)));
         let header = joined.header(&different);
         let header: Vec<&str> = header.iter().map(String::as_str).collect();
         sheet.fold("the columns that differ, row by row", vec![table(&header, rows.collect())]);
@@ -247,13 +247,13 @@ fn summary(joined: &Joined) -> Block {
     table(&header, joined.columns.iter().map(row).collect())
 }
 
-/// Cells for the report: numbers with four significant digits.
-fn shortened(cells: Vec<String>) -> Vec<String> {
-    let short = |cell: String| match cell.parse::<f64>() {
-        Ok(x) if x.is_finite() && cell.len() > 8 => format!("{x:.3e}"),
-        _ => cell,
+/// Entries for the report: numbers with four significant digits.
+fn shortened(entries: Vec<String>) -> Vec<String> {
+    let short = |entry: String| match entry.parse::<f64>() {
+        Ok(x) if x.is_finite() && entry.len() > 8 => format!("{x:.3e}"),
+        _ => entry,
     };
-    cells.into_iter().map(short).collect()
+    entries.into_iter().map(short).collect()
 }
 
 /// Shows charts, narrow ones side by side.

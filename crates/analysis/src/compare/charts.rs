@@ -1,6 +1,6 @@
 //! The curves of two results in one chart.
 
-use super::join::{Joined, cell, number};
+use super::join::{Joined, entry, number};
 use super::table::Table;
 use super::trajectories::{Distance, VARIABLES};
 use crate::chart::{Axis, Curve, Drawing, LineChart, Panels, Style};
@@ -112,10 +112,10 @@ fn runs(
     let mut runs: Vec<Pair> = Vec::new();
     for (side, table) in [a, b].into_iter().enumerate() {
         for row in 0..table.rows.len() {
-            if variable.is_some_and(|variable| cell(table, row, "variable") != variable) {
+            if variable.is_some_and(|variable| entry(table, row, "variable") != variable) {
                 continue;
             }
-            let point = |name| number(cell(table, row, name));
+            let point = |name| number(entry(table, row, name));
             let Some((x, y)) = point(kind.x).zip(point(kind.y)) else { continue };
             let point = (x, if kind.log[1] { y.abs() } else { y });
             let name = name(joined, table, row);
@@ -132,15 +132,15 @@ fn runs(
     runs
 }
 
-/// The name of the run of a row: the method, and the cells of the other keys that do not vary along
+/// The name of the run of a row: the method, and the entries of the other keys that do not vary along
 /// a curve.
 fn name(joined: &Joined, table: &Table, row: usize) -> String {
     let part = |key: &String| {
-        let cell = cell(table, row, key);
+        let entry = entry(table, row, key);
         match key.strip_prefix("sweep_") {
-            Some(name) => Some(format!("{name} = {cell}")),
-            None if key == "compensated" => (cell == "true").then(|| key.clone()),
-            None => Some(cell.to_owned()),
+            Some(name) => Some(format!("{name} = {entry}")),
+            None if key == "compensated" => (entry == "true").then(|| key.clone()),
+            None => Some(entry.to_owned()),
         }
     };
     let (method, others): (Vec<_>, Vec<_>) =

@@ -18,7 +18,7 @@ pub(super) struct Counts {
 pub(super) fn overall(counts: &Counts, tables: &[Joined]) -> Readings {
     let sum = |of: &dyn Fn(&Joined) -> usize| tables.iter().map(of).sum::<usize>();
     let in_one = |table: &Joined| table.columns_in_one.iter().map(Vec::len).sum();
-    let cells = |table: &Joined| table.different().map(|column| column.different).sum();
+    let entries = |table: &Joined| table.different().map(|column| column.different).sum();
     let times = |table: &Joined| table.times().map(|column| column.different).sum();
     Readings::default()
         .and("tables", "in both", tables.len())
@@ -27,7 +27,7 @@ pub(super) fn overall(counts: &Counts, tables: &[Joined]) -> Readings {
         .and("rows", "in A only", sum(&|table| table.rows_in_one[0]))
         .and("rows", "in B only", sum(&|table| table.rows_in_one[1]))
         .and("columns", "in one", sum(&in_one))
-        .and("cells", "different", sum(&cells))
+        .and("entries", "different", sum(&entries))
         .and("times", "different", sum(&times))
         .and("scenes", "different keys", counts.scene)
 }
@@ -36,30 +36,30 @@ pub(super) fn overall(counts: &Counts, tables: &[Joined]) -> Readings {
 pub(super) fn equal_or_not(r: &Readings) -> Said {
     let of = |of: &str, what: &str| r.number(of, what);
     let parts = [
-        ("cells", "different", "cell", ""),
-        ("rows", "in A only", "row", " in A only"),
-        ("rows", "in B only", "row", " in B only"),
-        ("columns", "in one", "column", " in one only"),
-        ("tables", "in one", "table", " in one only"),
+        ("entries", "different", ""),
+        ("rows", "in A only", " in A only"),
+        ("rows", "in B only", " in B only"),
+        ("columns", "in one", " in one only"),
+        ("tables", "in one", " in one only"),
     ];
     let found: Vec<_> = (parts.into_iter())
-        .filter(|(name, what, ..)| of(name, what) != 0.0)
-        .map(|(name, what, noun, place)| counted(of(name, what), noun) + place)
+        .filter(|(nouns, what, _)| of(nouns, what) != 0.0)
+        .map(|(nouns, what, place)| counted(of(nouns, what), nouns) + place)
         .collect();
     let times = |word: &str| match of("times", "different") {
         0.0 => String::new(),
-        times => format!("{word} {}", counted(times, "time")),
+        times => format!("{word} {}", counted(times, "times")),
     };
     let differ = match found.is_empty() {
         true => format!("nothing differs{}", times(" but")),
         false => format!("they differ in {}{}", list(found), times("; and in")),
     };
-    let rows = counted(of("rows", "in both"), "row");
-    let tables = counted(of("tables", "in both"), "table");
+    let rows = counted(of("rows", "in both"), "rows");
+    let tables = counted(of("tables", "in both"), "tables");
     let mut statement = format!("{differ}. Compared: {rows} of {tables}.");
     match of("scenes", "different keys") {
         0.0 => statement.push_str(" The scenes are equal."),
-        keys => statement.push_str(&format!(" The scenes differ in {}.", counted(keys, "key"))),
+        keys => statement.push_str(&format!(" The scenes differ in {}.", counted(keys, "keys"))),
     }
     (Verdict::Note, statement)
 }
@@ -80,9 +80,13 @@ fn ratio(x: f64) -> String {
     }
 }
 
-/// A count with its noun: `1 row`, `2 rows`.
-fn counted(count: f64, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1.0 { "" } else { "s" })
+/// A count with its noun, from the plural: `1 entry`, `2 rows`.
+fn counted(count: f64, nouns: &str) -> String {
+    match nouns {
+        _ if count != 1.0 => format!("{count} {nouns}"),
+        "entries" => format!("{count} entry"),
+        _ => format!("{count} {}", nouns.trim_end_matches('s')),
+    }
 }
 
 /// The readings of a table: of the columns that differ, and of times.
@@ -131,11 +135,11 @@ pub(super) fn columns_that_differ(r: &Readings) -> Said {
     let mut columns: Vec<_> = r.numbers("different").into_iter().map(one).collect();
     let more = r.number("columns", "not named");
     if more != 0.0 {
-        columns.push(counted(more, "more column"));
+        columns.push(counted(more, "more columns"));
     }
     let mut statement = format!(
         "of {} in both, {}.",
-        counted(rows, "row"),
+        counted(rows, "rows"),
         match &columns[..] {
             [] => "none differs".to_owned(),
             _ => format!("these differ: {}", columns.join("; ")),
@@ -145,7 +149,7 @@ pub(super) fn columns_that_differ(r: &Readings) -> Said {
         match r.number("rows", what) {
             0.0 => {}
             count => {
-                statement.push_str(&format!(" In {name} only: {}.", counted(count, "row")));
+                statement.push_str(&format!(" In {name} only: {}.", counted(count, "rows")));
             }
         }
     }
@@ -189,16 +193,28 @@ pub(super) fn largest_distances(r: &Readings) -> Said {
             }
             format!("{variable} by {} (t = {})", sci(size), time(t))
         });
-        format!("{name} at {}, {}", counted(times, "common time"), list(largest))
+        format!("{name} at {}, {}", counted(times, "common times"), list(largest))
     };
     let mut all: Vec<_> = r.numbers("common times").into_iter().map(one).collect();
     let more = r.number("runs", "not named");
     if more != 0.0 {
-        all.push(counted(more, "more run"));
+        all.push(counted(more, "more runs"));
     }
     let statement = match &all[..] {
         [] => "the results have no common times.".into(),
         all => format!("at most these differences: {}.", all.join("; ")),
     };
     (Verdict::Note, statement)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::counted;
+
+    #[test]
+    fn nouns_follow_their_count() {
+        let said = [(1.0, "entries"), (2.0, "entries"), (1.0, "common times"), (0.0, "keys")]
+            .map(|(count, nouns)| counted(count, nouns));
+        assert_eq!(said, ["1 entry", "2 entries", "1 common time", "0 keys"]);
+    }
 }

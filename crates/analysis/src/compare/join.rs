@@ -61,11 +61,11 @@ pub struct Column {
     pub name: String,
     /// The measure of the difference of its numbers.
     pub measure: Measure,
-    /// Whether a cell is neither a number nor empty.
+    /// Whether an entry is neither a number nor empty.
     pub words: bool,
-    /// The number of rows whose cells differ.
+    /// The number of rows whose entries differ.
     pub different: usize,
-    /// The number of rows with a cell that is empty in one table only.
+    /// The number of rows with an entry that is empty in one table only.
     pub empty: usize,
     /// The smallest and the largest comparison of the numbers that differ.
     pub range: Option<[f64; 2]>,
@@ -123,7 +123,7 @@ impl Joined {
         }
     }
 
-    /// The columns whose cells differ, other than times.
+    /// The columns whose entries differ, other than times.
     pub(super) fn different(&self) -> impl Iterator<Item = &Column> {
         self.columns.iter().filter(|c| c.different > 0 && c.measure != Measure::Time)
     }
@@ -150,22 +150,22 @@ impl Joined {
         header
     }
 
-    /// The cells of a joined row.
-    pub(super) fn cells(
+    /// The entries of a joined row.
+    pub(super) fn entries(
         &self,
         (a, b): (&Table, &Table),
         pair: [usize; 2],
         columns: &[&Column],
     ) -> Vec<String> {
-        let keys = self.keys.iter().map(|key| cell(a, pair[0], key).to_owned());
-        let mut cells: Vec<String> = keys.collect();
+        let keys = self.keys.iter().map(|key| entry(a, pair[0], key).to_owned());
+        let mut entries: Vec<String> = keys.collect();
         for Column { name, measure, words, .. } in columns {
-            let (a, b) = (cell(a, pair[0], name), cell(b, pair[1], name));
-            cells.extend([a.to_owned(), b.to_owned()]);
+            let (a, b) = (entry(a, pair[0], name), entry(b, pair[1], name));
+            entries.extend([a.to_owned(), b.to_owned()]);
             let compared = number(a).zip(number(b)).and_then(|(a, b)| measure.compare(a, b));
-            cells.extend((!words).then(|| compared.map_or(String::new(), |x| x.to_string())));
+            entries.extend((!words).then(|| compared.map_or(String::new(), |x| x.to_string())));
         }
-        cells
+        entries
     }
 }
 
@@ -175,8 +175,8 @@ impl Column {
         let mut column =
             Self { name: name.into(), measure, words: false, different: 0, empty: 0, range: None };
         for [i, j] in pairs {
-            let (a, b) = (cell(a, *i, name), cell(b, *j, name));
-            column.words |= [a, b].iter().any(|cell| !cell.is_empty() && number(cell).is_none());
+            let (a, b) = (entry(a, *i, name), entry(b, *j, name));
+            column.words |= [a, b].iter().any(|entry| !entry.is_empty() && number(entry).is_none());
             column.empty += usize::from(a.is_empty() != b.is_empty());
             if is_same(a, b) {
                 continue;
@@ -192,19 +192,19 @@ impl Column {
     }
 }
 
-/// A cell; empty if there is none.
-pub(super) fn cell<'a>(table: &'a Table, row: usize, column: &str) -> &'a str {
+/// An entry; empty if there is none.
+pub(super) fn entry<'a>(table: &'a Table, row: usize, column: &str) -> &'a str {
     let row = table.rows.get(row);
-    let cell = row.and_then(|row| row.get(table.column(column)?));
-    cell.map_or("", String::as_str)
+    let entry = row.and_then(|row| row.get(table.column(column)?));
+    entry.map_or("", String::as_str)
 }
 
-/// The number in a cell. It may be NaN.
-pub(super) fn number(cell: &str) -> Option<f64> {
-    cell.parse().ok()
+/// The number in an entry. It may be NaN.
+pub(super) fn number(entry: &str) -> Option<f64> {
+    entry.parse().ok()
 }
 
-/// Whether two cells have the same text, are the same number or both no number.
+/// Whether two entries have the same text, are the same number or both no number.
 fn is_same(a: &str, b: &str) -> bool {
     let numbers = number(a).zip(number(b));
     a == b || numbers.is_some_and(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
@@ -215,8 +215,8 @@ mod tests {
     use super::*;
 
     fn table(lines: &[&str]) -> Table {
-        let cells = |text: &&str| text.split(',').map(str::to_owned).collect();
-        Table { header: cells(&lines[0]), rows: lines[1..].iter().map(cells).collect() }
+        let entries = |text: &&str| text.split(',').map(str::to_owned).collect();
+        Table { header: entries(&lines[0]), rows: lines[1..].iter().map(entries).collect() }
     }
 
     #[test]
@@ -235,8 +235,8 @@ mod tests {
             "method,h,outcome_a,outcome_b,error_qp_a,error_qp_b,error_qp_ratio,seconds_a,\
              seconds_b,seconds_ratio"
         );
-        let cells = joined.cells((&a, &b), joined.pairs[0], &columns);
-        assert_eq!(cells.join(","), "x,0.1,completed,pole,2e-3,1e-3,0.5,1,3,3");
+        let entries = joined.entries((&a, &b), joined.pairs[0], &columns);
+        assert_eq!(entries.join(","), "x,0.1,completed,pole,2e-3,1e-3,0.5,1,3,3");
     }
 
     #[test]

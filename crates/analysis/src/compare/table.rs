@@ -51,8 +51,8 @@ impl Table {
         const VARIED: [&str; 6] = ["n", "parameter", "value", "tolerance", "h", "t"];
         const RESULTS: [&str; 4] = ["outcome", "failure", "verdict", "why_not"];
         let is_word = |at: usize| {
-            let mut cells = self.rows.iter().filter_map(|row| row.get(at));
-            cells.any(|cell| !cell.is_empty() && cell.parse::<f64>().is_err())
+            let mut entries = self.rows.iter().filter_map(|row| row.get(at));
+            entries.any(|entry| !entry.is_empty() && entry.parse::<f64>().is_err())
         };
         let names = self.header.iter().map(String::as_str).enumerate();
         let keys = names.filter(|(at, name)| {
@@ -61,12 +61,12 @@ impl Table {
         keys.map(|(_, name)| name).collect()
     }
 
-    /// The key of a row, the cells of some columns. Numbers that agree in eleven digits, such as
+    /// The key of a row, the entries of some columns. Numbers that agree in eleven digits, such as
     /// times counted in different steps, are the same. With a tolerance, h is a result and no key.
     pub(super) fn key(&self, row: &[String], columns: &[String]) -> Vec<String> {
-        let cell = |name: &str| self.column(name).and_then(|at| row.get(at));
-        let by_tolerance = cell("tolerance").is_some_and(|cell| !cell.is_empty());
-        let part = |name: &String| match cell(name) {
+        let entry = |name: &str| self.column(name).and_then(|at| row.get(at));
+        let by_tolerance = entry("tolerance").is_some_and(|entry| !entry.is_empty());
+        let part = |name: &String| match entry(name) {
             Some(_) if name == "h" && by_tolerance => String::new(),
             Some(text) => match text.parse::<f64>() {
                 Ok(number) => format!("{:.10e}", number + 0.0),
@@ -83,8 +83,8 @@ mod tests {
     use super::*;
 
     fn table(header: &str, row: &str) -> Table {
-        let cells = |text: &str| text.split(',').map(str::to_owned).collect();
-        Table { header: cells(header), rows: vec![cells(row)] }
+        let entries = |text: &str| text.split(',').map(str::to_owned).collect();
+        Table { header: entries(header), rows: vec![entries(row)] }
     }
 
     #[test]
@@ -109,7 +109,7 @@ mod tests {
     fn a_mean_step_is_no_key() {
         let table = table("method,tolerance,h", "adaptive-dop853,1e-6,0.5");
         let columns = table.keys("work_precision");
-        let key = |cells: [&str; 3]| table.key(&cells.map(str::to_owned), &columns);
+        let key = |entries: [&str; 3]| table.key(&entries.map(str::to_owned), &columns);
         assert_eq!(key(["a", "1e-6", "0.5"]), key(["a", "1e-6", "0.4"]));
         assert_ne!(key(["a", "", "0.5"]), key(["a", "", "0.4"]));
     }

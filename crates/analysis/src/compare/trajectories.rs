@@ -1,6 +1,6 @@
 //! The distance of two trajectories at the times that both have.
 
-use super::join::{Joined, cell, number};
+use super::join::{Joined, entry, number};
 use super::table::Table;
 use serde::Serialize;
 
@@ -36,13 +36,13 @@ pub(super) fn distances(joined: &Joined, (a, b): (&Table, &Table)) -> Vec<Distan
     let one = |&[i, j]: &[usize; 2]| {
         let largest = |names: &Vec<&String>| {
             let mut sizes = names.iter().map(|name| {
-                let (a, b) = (number(cell(a, i, name))?, number(cell(b, j, name))?);
+                let (a, b) = (number(entry(a, i, name))?, number(entry(b, j, name))?);
                 Some((b - a).abs()).filter(|size| size.is_finite())
             });
             sizes.try_fold(0.0, |most: f64, size| Some(most.max(size?)))
         };
         let [q, p, w] = [0, 1, 2].map(|variable| largest(&entries[variable]));
-        Some(Distance { run: run(joined, a, i), t: number(cell(a, i, "t"))?, q, p, w })
+        Some(Distance { run: run(joined, a, i), t: number(entry(a, i, "t"))?, q, p, w })
     };
     joined.pairs.iter().filter_map(one).collect()
 }
@@ -51,9 +51,9 @@ pub(super) fn distances(joined: &Joined, (a, b): (&Table, &Table)) -> Vec<Distan
 fn run(joined: &Joined, table: &Table, row: usize) -> String {
     let swept = joined.keys.iter().filter_map(|key| {
         let name = key.strip_prefix("sweep_")?;
-        Some(format!("{name} = {}", cell(table, row, key)))
+        Some(format!("{name} = {}", entry(table, row, key)))
     });
-    let method = cell(table, row, "method").to_owned();
+    let method = entry(table, row, "method").to_owned();
     [method].into_iter().chain(swept).collect::<Vec<_>>().join(", ")
 }
 
@@ -74,7 +74,7 @@ mod tests {
             rows: (0..8)
                 .map(|n| h * f64::from(n))
                 .map(|t| [t, 1.0, 2.0 + shift * t, 0.0, -shift, f64::NAN].map(|x| x.to_string()))
-                .map(|cells| ["rk4".to_owned()].into_iter().chain(cells).collect())
+                .map(|entries| ["rk4".to_owned()].into_iter().chain(entries).collect())
                 .collect(),
         };
         let (a, b) = (table(0.1, 0.0), table(0.3, 2.0));
