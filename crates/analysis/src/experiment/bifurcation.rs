@@ -151,10 +151,11 @@ fn what_is_seen(r: &Readings) -> Said {
         } else if alike == r.number(label, "compared") {
             format!("the attractor of the reference at all {alike} values")
         } else {
+            let all = r.number(label, "compared");
             let first = r.number(label, "first other value");
             format!(
-                "the attractor of the reference at {alike} of {} values, another first at {first:.4}",
-                r.number(label, "compared")
+                "the attractor of the reference at {alike} of {all} values, another first at \
+                 {first:.4}"
             )
         };
         let end = if failed == 0.0 { String::new() } else { format!(" ({failed} runs fail)") };

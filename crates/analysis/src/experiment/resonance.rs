@@ -61,9 +61,9 @@ fn prose(plan: &DynamicsPlan<Resonance>) -> String {
     let study = &plan.study;
     format!(
         "The steady motion at {} values of {}, once upwards and once downwards. Each begins where \
-         the one before ended; {} periods pass before {} are measured. The amplitude is the largest \
-         |q| between steps, found to rounding. In a steady motion the drive supplies in a period \
-         what friction dissipates.{}",
+         the one before ended; {} periods pass before {} are measured. The amplitude is the \
+         largest |q| between steps, found to rounding. In a steady motion the drive supplies in a \
+         period what friction dissipates.{}",
         study.values.len(),
         study.parameter,
         study.transient,

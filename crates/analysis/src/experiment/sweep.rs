@@ -146,8 +146,8 @@ fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError
     sheet.wide_data(DATA, &header, &rows)?;
     sheet.artifacts.extend(tables.into_iter().map(|(name, joined)| joined.artifact(name)));
     sheet.text(format!(
-        "Varied: {}. In the tables, the number of the point and its values come before the columns of \
-         a single scene.",
+        "Varied: {}. In the tables, the number of the point and its values come before the columns \
+         of a single scene.",
         sweep.names.join(", ")
     ));
     Ok(sheet)
