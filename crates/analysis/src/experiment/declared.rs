@@ -146,7 +146,7 @@ where
             Some(kept) => Some(read(&key, &kept)?),
             None => None,
         };
-        so_far.iter().for_each(|part| progress.earlier(self.study.share_of(part)));
+        so_far.iter().for_each(|part| progress.earlier(self.study.fraction_done(part)));
         let places = (progress, ledger.shelf());
         let (begin, mut kept) = (Instant::now(), Instant::now());
         loop {
@@ -274,7 +274,7 @@ mod tests {
             Ok(0)
         }
 
-        fn share_of(&self, legs: &u64) -> f64 {
+        fn fraction_done(&self, legs: &u64) -> f64 {
             *legs as f64 / 5.0
         }
 

@@ -83,7 +83,7 @@ impl Study for Runs<'_> {
         }
     }
 
-    fn share_of(&self, found: &Found) -> f64 {
+    fn fraction_done(&self, found: &Found) -> f64 {
         found.legs.done() as f64 * self.scene.step / self.scene.problem.end
     }
 

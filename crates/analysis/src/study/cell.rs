@@ -64,8 +64,8 @@ pub trait Study: Sync {
         progress: &dyn Progress,
     ) -> Result<Self::Part, Self::Error>;
 
-    /// The share of a cell that a result contains: less than 1 for one between two legs.
-    fn share_of(&self, _part: &Self::Part) -> f64 {
+    /// The fraction of a cell that a result contains: less than 1 for one between two legs.
+    fn fraction_done(&self, _part: &Self::Part) -> f64 {
         0.0
     }
 

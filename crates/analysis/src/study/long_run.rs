@@ -200,7 +200,7 @@ impl Study for LongRuns {
         }
     }
 
-    fn share_of(&self, followed: &Followed) -> f64 {
+    fn fraction_done(&self, followed: &Followed) -> f64 {
         followed.done as f64 / self.last().max(1) as f64
     }
 

@@ -101,12 +101,12 @@ impl Legs {
         let until = |steps| grid.steps.min(self.done.saturating_add(steps));
         let (result, end) = if row.is_adaptive() {
             let end = until((steps / every).max(1).saturating_mul(every));
-            let leg = Leg { grid, every, end };
+            let leg = LegSteps { grid, every, end };
             (self.within(problem, row, (leg, tolerance), &mut state, keep, progress)?, end)
         } else {
             // Whole blocks of steps, so that w does not depend on the legs.
             let end = until((steps / STEPS_OF_BLOCK).max(1) * STEPS_OF_BLOCK);
-            let leg = Leg { grid, every, end };
+            let leg = LegSteps { grid, every, end };
             (self.by_steps(problem, row, leg, (&mut state, &mut remainder), keep, progress)?, end)
         };
         self.ending = Ending::of(&result, grid.steps, self.done);
@@ -124,7 +124,7 @@ impl Legs {
         &mut self,
         problem: &Problem,
         row: &'static Row,
-        Leg { grid, every, end }: Leg,
+        LegSteps { grid, every, end }: LegSteps,
         (state, remainder): (&mut State<Vec<f64>>, &mut [f64]),
         keep: Keep<'_>,
         progress: &dyn Progress,
@@ -172,7 +172,7 @@ impl Legs {
         &mut self,
         problem: &Problem,
         row: &'static Row,
-        (Leg { grid, every, end }, tolerance): (Leg, f64),
+        (LegSteps { grid, every, end }, tolerance): (LegSteps, f64),
         state: &mut State<Vec<f64>>,
         keep: Keep<'_>,
         progress: &dyn Progress,
@@ -219,7 +219,7 @@ pub(in crate::study) fn of_run(begin: u64, error: IntegrateError) -> IntegrateEr
 
 /// The steps of a leg: up to `end` on the grid of the run.
 #[derive(Clone, Copy)]
-struct Leg {
+struct LegSteps {
     grid: Grid<f64>,
     every: u64,
     end: u64,
