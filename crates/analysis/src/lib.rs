@@ -23,8 +23,11 @@ pub mod scene;
 mod series;
 mod sheet;
 mod solution;
+mod spacing;
 pub mod statistics;
 pub mod study;
+mod units;
+mod variable;
 pub mod words;
 
 pub use claim::Finding;
@@ -33,3 +36,6 @@ pub use model::{Lanes, Model, ModelError};
 pub use observable::Observable;
 pub use sheet::ReportError;
 pub use solution::Solution;
+pub use spacing::Spacing;
+pub use units::UnitsTable;
+pub use variable::Variable;

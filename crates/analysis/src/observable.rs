@@ -1,9 +1,9 @@
 //! Quantities of a state that a figure can show.
 
 use crate::Model;
-use crate::scene::{UnitsTable, Variable};
 use crate::study::PUMPED;
 use crate::study::trajectory::TrajectoryRow;
+use crate::{UnitsTable, Variable};
 
 /// A quantity of a state, named like the columns of `trajectory.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

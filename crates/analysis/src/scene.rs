@@ -16,16 +16,17 @@ mod source;
 mod sweep;
 mod system;
 
-pub use document::{Document, Spacing, UnitsTable, Variable};
+pub use document::Document;
 pub use plan::{
-    DynamicsPlan, EnergyPlan, FigurePlan, LocalOrderPlan, LongRunPlan, RunPlan, Shown,
-    StabilityPlan, StepsPlan, Studies, WorkPrecisionPlan,
+    EnergyPlan, FigurePlan, LocalOrderPlan, LongRunPlan, RunPlan, Shown, StabilityPlan, StepsPlan,
+    Studies, WorkPrecisionPlan,
 };
 pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};
 
 pub use sweep::Sweep;
 
+use crate::UnitsTable;
 use crate::record::hash_of;
 use crate::study::Problem;
 use afterbay_core::{Grid, Quantity, Scalar, State};

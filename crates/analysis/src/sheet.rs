@@ -1,12 +1,12 @@
 //! A section of a report under construction.
 
+use crate::Spacing;
 use crate::chart::{Axis, Curve, Drawing, LineChart, Style};
 use crate::claim::{Finding, Readings, Said, sci};
 use crate::journal::JournalError;
 use crate::measured::{Measured, RESOLVED};
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Figure, Section, Table, Verdict};
-use crate::scene::Spacing;
 use crate::study::stability::MapError;
 use afterbay_core::{InputError, IntegrateError};
 use serde::Serialize;

@@ -3,9 +3,10 @@
 
 #![cfg(test)]
 
+use afterbay_analysis::Variable;
 use afterbay_analysis::experiment;
 use afterbay_analysis::progress::Silent;
-use afterbay_analysis::scene::{Scene, Variable};
+use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::attractor::Kind;
 use afterbay_analysis::study::basins::{Axis, BasinMap, Basins, Cell};
 use afterbay_analysis::study::outcome::Ending;

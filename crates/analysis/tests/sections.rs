@@ -3,7 +3,7 @@
 #![cfg(test)]
 
 use afterbay_analysis::progress::Silent;
-use afterbay_analysis::scene::{Scene, Spacing, Variable};
+use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::attractor::Attractor;
 use afterbay_analysis::study::basins::{Axis, Basins};
@@ -11,6 +11,7 @@ use afterbay_analysis::study::bifurcation::{Bifurcation, Way};
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::resonance::Resonance;
 use afterbay_analysis::study::section::{Crossing, Direction, Section};
+use afterbay_analysis::{Spacing, Variable};
 use afterbay_methods::registry::{REFERENCE, find};
 
 const STROBE: Section = Section::Stroboscopic { interval: None };

@@ -1,7 +1,7 @@
 //! The columns of a table: their types, which follow from their cells, and their units.
 
 use super::DataError;
-use crate::scene::UnitsTable;
+use crate::UnitsTable;
 use csv::StringRecord;
 use serde::{Deserialize, Serialize};
 use serde_json::{Number, Value};

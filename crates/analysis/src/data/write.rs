@@ -2,8 +2,8 @@
 
 use super::column::{Words, of_table};
 use super::{Column, DataError, DataFormat, Provenance, Sidecar};
+use crate::UnitsTable;
 use crate::record::{Artifact, Manifest};
-use crate::scene::UnitsTable;
 use csv::StringRecord;
 use npyz::WriterBuilder;
 use serde::Serializer as _;

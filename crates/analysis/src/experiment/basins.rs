@@ -6,9 +6,10 @@ use crate::Model;
 use crate::chart::{Axis, Cells, HeatMap};
 use crate::claim::{Readings, Said, fixed, list, note};
 use crate::findings::all_zero;
-use crate::scene::{DynamicsPlan, Scene};
+use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, decimal};
 use crate::study::basins::{self, BasinMap, Basins, UNSETTLED};
+use crate::study::dynamics::DynamicsPlan;
 use crate::study::outcome::{COMPLETED, Ending};
 
 /// The table from which the maps are made.

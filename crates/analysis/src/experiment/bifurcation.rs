@@ -3,13 +3,15 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, States, label, of_reference, show_states};
 use crate::Model;
+use crate::Variable;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, note};
 use crate::findings::all_zero;
-use crate::scene::{DynamicsPlan, Scene, Variable};
+use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, spaced};
 use crate::study::attractor::{Attractor, Kind};
 use crate::study::bifurcation::{self, Bifurcation, Column, Diagram};
+use crate::study::dynamics::DynamicsPlan;
 use crate::study::outcome::Ending;
 
 /// The table from which the charts are made.

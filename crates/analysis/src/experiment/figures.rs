@@ -5,9 +5,10 @@ use crate::chart::{
     Axis, Cells, Curve, Drawing, HeatMap, LineChart, Maps, Panels, coincide, dwarf,
 };
 use crate::observable::{Observable, entries, letter};
-use crate::scene::{FigurePlan, RunPlan, Scene, Shown, UnitsTable, Variable};
+use crate::scene::{FigurePlan, RunPlan, Scene, Shown};
 use crate::sheet::line;
 use crate::study::trajectory::{Trajectory, TrajectoryRow};
+use crate::{UnitsTable, Variable};
 
 /// The most degrees of freedom in a default chart.
 const SHOWN: usize = 6;

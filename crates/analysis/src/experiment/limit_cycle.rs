@@ -2,11 +2,13 @@
 
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, label, of_reference};
+use crate::Variable;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, fixed, list, note, sci};
 use crate::findings::all_completed;
-use crate::scene::{DynamicsPlan, Scene, Variable};
+use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, decimal, line, scientific};
+use crate::study::dynamics::DynamicsPlan;
 use crate::study::limit_cycle::{self, Cycle, Cycles, Event, LimitCycle};
 use crate::study::outcome::COMPLETED;
 

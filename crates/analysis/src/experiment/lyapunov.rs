@@ -5,8 +5,9 @@ use super::reference::{EXACT, label, of_reference};
 use crate::chart::{Axis, Curve, LineChart};
 use crate::claim::{Readings, Said, fixed, note, sci};
 use crate::findings::all_completed;
-use crate::scene::{DynamicsPlan, Scene};
+use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, decimal, line};
+use crate::study::dynamics::DynamicsPlan;
 use crate::study::lyapunov::{self, Lyapunov, LyapunovRow, Spectrum};
 use crate::study::outcome::COMPLETED;
 

@@ -3,12 +3,14 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, States, label, of_reference, show_states};
 use crate::Model;
+use crate::Variable;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list, note};
 use crate::findings::{all_completed, all_zero, ended};
-use crate::scene::{DynamicsPlan, Scene, Variable};
+use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use crate::study::attractor::Attractor;
+use crate::study::dynamics::DynamicsPlan;
 use crate::study::outcome::{COMPLETED, Ending};
 use crate::study::poincare::{self, Poincare, Portrait};
 

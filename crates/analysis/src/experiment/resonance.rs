@@ -5,11 +5,13 @@ use super::reference::{EXACT, label, of_reference};
 use crate::chart::{self, Axis, LineChart};
 use crate::claim::{Found, Readings, Said, fixed, note, sci};
 use crate::findings::all_zero;
-use crate::scene::{DynamicsPlan, Scene, Spacing, Variable};
+use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, marked, spaced};
 use crate::study::bifurcation::Way;
+use crate::study::dynamics::DynamicsPlan;
 use crate::study::outcome::{COMPLETED, Ending};
 use crate::study::resonance::{self, Resonance, ResonanceRow, UNSTEADY};
+use crate::{Spacing, Variable};
 use afterbay_methods::registry::Row;
 
 /// The table from which the charts are made.

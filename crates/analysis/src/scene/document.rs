@@ -18,14 +18,13 @@ pub(super) use dynamics::{
 pub(super) use entries::{Column, Entries, EntriesTable};
 pub(super) use event::{ActionName, EventTable};
 pub(super) use figures::{FigureTable, Names};
-pub use figures::{UnitsTable, Variable};
-pub use range::Spacing;
 pub(super) use range::{RangeTable, Spread};
 pub(super) use studies::{ParameterTable, StudyTables};
 pub(super) use sweep::{SweepTable, Varied};
 pub(super) use system::{Expression, PerDegree, SystemTable};
 pub(super) use tangents::{LimitCycleTable, LyapunovTable};
 
+use crate::UnitsTable;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -1,17 +1,17 @@
 //! The checked form of what a scene asks for. Methods are registered and apply to the system, steps
 //! divide the time they cover, and nothing exceeds the budget.
 
-use super::document::{Spacing, Variable};
-use crate::observable::Observable;
 use crate::study::basins::Basins;
 use crate::study::bifurcation::Bifurcation;
+use crate::study::dynamics::DynamicsPlan;
 use crate::study::events::{Action, EventPlan};
 use crate::study::limit_cycle::LimitCycle;
 use crate::study::local_order::LocalOrder;
 use crate::study::lyapunov::Lyapunov;
 use crate::study::poincare::Poincare;
 use crate::study::resonance::Resonance;
-use afterbay_methods::registry::{REFERENCE, Row};
+use crate::{Observable, Spacing, Variable};
+use afterbay_methods::registry::Row;
 
 /// The plan of trajectories.
 #[derive(Clone, Debug)]
@@ -145,28 +145,6 @@ impl Studies {
             limit_cycle.as_ref().map(|plan| &plan.methods),
         ];
         lists.into_iter().flatten().map(Vec::as_slice).collect()
-    }
-}
-
-/// The plan of a study of attractors: methods at several steps, beside a reference.
-#[derive(Clone, Debug)]
-pub struct DynamicsPlan<S> {
-    /// The methods.
-    pub methods: Vec<&'static Row>,
-    /// The steps.
-    pub steps: Vec<f64>,
-    /// The step of the reference, if there is one.
-    pub reference: Option<f64>,
-    /// The study.
-    pub study: S,
-}
-
-impl<S> DynamicsPlan<S> {
-    /// Each method with each step, the reference first.
-    pub fn settings(&self) -> impl Iterator<Item = (&'static Row, f64)> {
-        let reference = self.reference.map(|h| (&REFERENCE, h)).into_iter();
-        let each = self.methods.iter().flat_map(|&row| self.steps.iter().map(move |&h| (row, h)));
-        reference.chain(each)
     }
 }
 

@@ -3,8 +3,7 @@
 use super::cell::{Cell, Study};
 use super::stability::MapError;
 use crate::progress::Progress;
-use crate::scene::DynamicsPlan;
-use afterbay_methods::registry::Row;
+use afterbay_methods::registry::{REFERENCE, Row};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -33,6 +32,28 @@ pub trait Dynamics: Sync {
 
     /// Joins all pieces of a method and a step.
     fn join(&self, row: &'static Row, h: f64, pieces: Vec<Self::Piece>) -> Self::Found;
+}
+
+/// The plan of a study of attractors: methods at several steps, beside a reference.
+#[derive(Clone, Debug)]
+pub struct DynamicsPlan<S> {
+    /// The methods.
+    pub methods: Vec<&'static Row>,
+    /// The steps.
+    pub steps: Vec<f64>,
+    /// The step of the reference, if there is one.
+    pub reference: Option<f64>,
+    /// The study.
+    pub study: S,
+}
+
+impl<S> DynamicsPlan<S> {
+    /// Each method with each step, the reference first.
+    pub fn settings(&self) -> impl Iterator<Item = (&'static Row, f64)> {
+        let reference = self.reference.map(|h| (&REFERENCE, h)).into_iter();
+        let each = self.methods.iter().flat_map(|&row| self.steps.iter().map(move |&h| (row, h)));
+        reference.chain(each)
+    }
 }
 
 impl<S: Dynamics> DynamicsPlan<S> {

@@ -2,7 +2,7 @@
 
 use super::side::Side;
 use crate::Model;
-use crate::scene::Variable;
+use crate::Variable;
 use afterbay_core::{Grid, InputError, StateRef};
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,6 @@
 //! The values of a step or a parameter.
 
+use crate::Spacing;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,15 +27,4 @@ pub struct RangeTable {
     /// The spacing of the values.
     #[serde(default)]
     pub scale: Spacing,
-}
-
-/// The spacing of values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Spacing {
-    /// By equal differences.
-    #[default]
-    Linear,
-    /// By equal ratios.
-    Log,
 }

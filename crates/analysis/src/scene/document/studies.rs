@@ -2,8 +2,9 @@
 
 use super::{
     BasinsTable, BifurcationTable, LimitCycleTable, LyapunovTable, PoincareTable, ResonanceTable,
-    Spacing, Spread,
+    Spread,
 };
+use crate::Spacing;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! The table of a sweep, as it is written.
 
-use super::Spacing;
+use crate::Spacing;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -1,8 +1,8 @@
 //! Plans of events.
 
 use super::{Planned, Planner};
+use crate::Variable;
 use crate::observable::Observable;
-use crate::scene::Variable;
 use crate::scene::document::{ActionName, EventTable, Expression};
 use crate::scene::problem::{SceneError, SceneProblem};
 use crate::study::events::{Action, EventPlan, Function};

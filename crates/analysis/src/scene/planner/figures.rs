@@ -1,8 +1,8 @@
 //! Figures of trajectories.
 
 use super::{Planned, Planner};
+use crate::Variable;
 use crate::observable::{Observable, letter};
-use crate::scene::Variable;
 use crate::scene::document::{FigureTable, Names};
 use crate::scene::plan::{FigurePlan, RunPlan, Shown};
 use crate::scene::problem::SceneProblem;

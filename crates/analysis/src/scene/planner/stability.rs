@@ -3,7 +3,8 @@
 use super::budget::MOST_CELLS;
 use super::{Planned, Planner};
 use crate::Model;
-use crate::scene::document::{Expression, ParameterTable, Spacing, Spread};
+use crate::Spacing;
+use crate::scene::document::{Expression, ParameterTable, Spread};
 use crate::scene::plan::StabilityPlan;
 use crate::scene::problem::SceneProblem;
 use crate::study::stability;

@@ -2,8 +2,8 @@
 
 use super::dynamics::{Common, Settings};
 use super::{Planned, Planner};
-use crate::scene::plan::DynamicsPlan;
 use crate::scene::problem::SceneProblem;
+use crate::study::dynamics::DynamicsPlan;
 use crate::study::limit_cycle::{Branch, LimitCycle};
 use crate::study::lyapunov::{self, Lyapunov};
 

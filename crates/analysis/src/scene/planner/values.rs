@@ -1,7 +1,8 @@
 //! Lists and ranges of values.
 
 use super::{Planned, Planner};
-use crate::scene::document::{Spacing, Spread};
+use crate::Spacing;
+use crate::scene::document::Spread;
 use crate::scene::problem::SceneProblem;
 use afterbay_core::{Grid, InputError};
 use std::collections::HashSet;

@@ -1,8 +1,9 @@
 //! What a sweep varies.
 
-use super::super::document::{Expression, Spacing, SweepTable, Varied};
+use super::super::document::{Expression, SweepTable, Varied};
 use super::super::planner::Planner;
 use super::super::problem::{SceneError, SceneProblem};
+use crate::Spacing;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 use statrs::distribution::{ContinuousCDF, Normal, Uniform};

@@ -1,8 +1,8 @@
 //! Functions of the state whose zeros are events.
 
 use crate::Model;
+use crate::Variable;
 use crate::observable::Observable;
-use crate::scene::Variable;
 use crate::study::trajectory::TrajectoryRow;
 use afterbay_core::{Abilities, IntegrateError, StateRef};
 use afterbay_systems::{CustomFunction, FunctionDescription};
