@@ -1,5 +1,9 @@
 //! The experiments of a scene: trajectories and studies, as tables, figures and a report with a
 //! finding on each.
+//!
+//! A module makes the section of one study, in its function `sheet`. Its `prose` says what was
+//! computed and how, its `readings` are the numbers on which its finding rests, `cells` makes a row
+//! of its table, and `charts` draws its figures.
 
 mod about;
 mod basins;

@@ -51,8 +51,7 @@ fn sheet(
 
 fn readings(plan: &LocalOrderPlan, orders: &[OrderRow]) -> Readings {
     let median = |method: &str, variable: &str| {
-        let mut rows = orders.iter().filter(|row| row.method == method && row.variable == variable);
-        rows.find(|row| row.statistic == "median").and_then(|row| row.order)
+        OrderRow::find(orders, method, variable, Statistic::Median)?.order
     };
     names(&plan.methods).iter().fold(Readings::default(), |r, name| {
         VARIABLES.iter().fold(r, |r, variable| r.and(name, variable, median(name, variable)))

@@ -58,7 +58,7 @@ fn sheet(
     }
     let rows = atlas(found);
     sheet.find("First failure as h grows", readings(&rows), what_breaks_first);
-    maps(&mut sheet, scene, plan, found);
+    charts(&mut sheet, scene, plan, found);
     sheet.text(
         "Map of failures: the first verdict of each method that is not right as h grows, over all \
          values and at the middle one.",
@@ -76,7 +76,7 @@ fn readings(rows: &[AtlasRow]) -> Readings {
 
 /// Shows the verdicts of each method, and beside them the spectral radii where its steps are
 /// linear.
-fn maps(sheet: &mut Sheet, scene: &Scene, plan: &StabilityPlan, found: &[StabilityRow]) {
+fn charts(sheet: &mut Sheet, scene: &Scene, plan: &StabilityPlan, found: &[StabilityRow]) {
     let grid = Grid {
         x: spaced(&scene.units.time("step h"), plan.step_spacing),
         y: spaced(&plan.parameter, plan.spacing),

@@ -63,7 +63,7 @@ struct Found {
 
 impl Found {
     fn row(&self, method: &str, column: usize, statistic: Statistic) -> Option<&OrderRow> {
-        find(&self.orders, method, column, statistic)
+        OrderRow::find(&self.orders, method, VARIABLES[column], statistic)
     }
 
     fn order(&self, method: &str, column: usize, statistic: Statistic) -> Option<f64> {
@@ -133,19 +133,6 @@ fn drifts(
         (run.method, done.unwrap_or(f64::NAN) / start)
     };
     Ok(runs.iter().map(drift).collect())
-}
-
-fn find<'a>(
-    orders: &'a [OrderRow],
-    method: &str,
-    column: usize,
-    statistic: Statistic,
-) -> Option<&'a OrderRow> {
-    orders.iter().find(|row| {
-        row.method == method
-            && row.variable == VARIABLES[column]
-            && row.statistic == statistic.name()
-    })
 }
 
 /// Compares the printed orders of q, p and w with those of the scheme with one δ and with those of
@@ -297,8 +284,10 @@ fn horizon_rows(on_horizons: &[(f64, Vec<OrderRow>)]) -> Vec<Vec<String>> {
         for (end, orders) in on_horizons {
             let mut cells = vec![method.to_string(), end.to_string()];
             for statistic in [Statistic::Max, Statistic::Median] {
-                let order =
-                    |column| find(orders, method, column, statistic).and_then(|row| row.order);
+                let order = |column| {
+                    OrderRow::find(orders, method, VARIABLES[column], statistic)
+                        .and_then(|row| row.order)
+                };
                 cells.extend((0..3).map(|column| decimal(order(column))));
             }
             table.push(cells);
@@ -312,7 +301,8 @@ fn spreads(on_horizons: &[(f64, Vec<OrderRow>)]) -> Readings {
     let spread = |statistic: Statistic| {
         let one = |method: &str, column: usize| {
             let orders = on_horizons.iter().map(|(_, orders)| {
-                find(orders, method, column, statistic).and_then(|row| row.order)
+                OrderRow::find(orders, method, VARIABLES[column], statistic)
+                    .and_then(|row| row.order)
             });
             let apart = orders.map(|order| order.map(|order| (order, order)));
             let apart = apart.reduce(|a, b| Some((a?.0.min(b?.0), a?.1.max(b?.1)))).flatten();

@@ -98,9 +98,7 @@ const HEADER: [&str; 8] = [
 
 impl Found {
     fn median(&self, method: &str, variable: &str) -> Option<f64> {
-        let mut rows =
-            self.orders.iter().filter(|row| row.method == method && row.variable == variable);
-        rows.find(|row| row.statistic == Statistic::Median.name()).and_then(|row| row.order)
+        OrderRow::find(&self.orders, method, variable, Statistic::Median)?.order
     }
 
     fn run(&self, method: &str) -> Option<&EnergyRun> {

@@ -35,6 +35,19 @@ pub struct OrderRow {
     pub failed: usize,
 }
 
+impl OrderRow {
+    /// The row of a method, a variable and a statistic.
+    pub(crate) fn find<'a>(
+        rows: &'a [Self],
+        method: &str,
+        variable: &str,
+        statistic: Statistic,
+    ) -> Option<&'a Self> {
+        let mut rows = rows.iter().filter(|row| row.method == method && row.variable == variable);
+        rows.find(|row| row.statistic == statistic.name())
+    }
+}
+
 impl LocalErrors {
     /// Whether a statistic is at least ten times that of its roundings.
     pub fn is_seen(&self, variable: usize, statistic: Statistic) -> bool {
