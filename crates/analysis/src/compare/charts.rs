@@ -132,7 +132,7 @@ fn runs(
     runs
 }
 
-/// The name of the run of a row: the method, and the entries of the other keys that do not vary along
+/// The name of the run of a row: the method, and the entries of other keys that do not vary along
 /// a curve.
 fn name(joined: &Joined, table: &Table, row: usize) -> String {
     let part = |key: &String| {

@@ -58,8 +58,8 @@ fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>) -> String {
         "The cycle of each method near its state at t = {}: n steps that lead back to their start, \
          found by Newton's method. The amplitude is max |q1|, at steps and between them; of an \
          angle that turns, half the range of q1 less its uniform rotation. The multipliers are \
-         those by which small displacements grow over a period; the cycle is stable if all are less \
-         than 1, but for the one along a cycle without a drive.{along}{}",
+         those by which small displacements grow over a period; the cycle is stable if all are \
+         less than 1, but for the one along a cycle without a drive.{along}{}",
         plan.study.transient,
         of_reference(plan.reference),
     )
