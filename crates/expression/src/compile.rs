@@ -31,6 +31,37 @@ impl Operation {
         };
         term.into_iter().flat_map(Term::operands).chain(fused.into_iter().flatten()).chain(with)
     }
+
+    /// Its instruction. It has none if the value is in the frame, or if the instruction of a divided
+    /// difference, which comes before, has computed it.
+    fn instruction(
+        self,
+        to: Register,
+        derivative: Option<Register>,
+        [a, b, c]: [Register; 3],
+    ) -> Option<Instruction> {
+        let term = match self {
+            Self::ProductSum(..) => return Some(Instruction::ProductSum { to, a, b, c }),
+            Self::ProductDifference(..) => {
+                return Some(Instruction::ProductDifference { to, a, b, c });
+            }
+            Self::DividedDerivative(_) => return None,
+            Self::Term(term) => term,
+        };
+        Some(match term {
+            Term::Divided(function, ..) => Instruction::Divided { function, to, derivative, a, b },
+            Term::Input(input) => Instruction::Load { to, input },
+            Term::Negative(_) => Instruction::Negative { to, a },
+            Term::Sum(..) => Instruction::Sum { to, a, b },
+            Term::Difference(..) => Instruction::Difference { to, a, b },
+            Term::Product(..) => Instruction::Product { to, a, b },
+            Term::Quotient(..) => Instruction::Quotient { to, a, b },
+            Term::Of(function, _) => Instruction::Of { function, to, a },
+            Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::DividedDerivative(..) => {
+                return None;
+            }
+        })
+    }
 }
 
 struct Compiler<'a> {
@@ -66,112 +97,53 @@ fn compile_in_order(
     few_registers: bool,
 ) -> Result<Program, TooManyRegisters> {
     let roots: Vec<Node> = results.iter().copied().chain(given.iter().map(|x| x.1)).collect();
-    let mut uses = HashMap::new();
-    let cone = graph.cone(&roots, Kinds::ALL);
-    for &node in &cone {
-        graph.term(node).operands().for_each(|x| *uses.entry(x).or_insert(0) += 1);
-    }
-    // A result keeps a register of its own and is not fused into a sum.
-    roots.iter().for_each(|&x| *uses.entry(x).or_insert(0) += 2);
-    let mut compiler = Compiler { graph, uses, registers: HashMap::new() };
-    for node in cone.into_iter().filter(|_| few_registers) {
-        let registers = compiler.count_registers(node);
-        compiler.registers.insert(node, registers);
-    }
+    let compiler = Compiler::new(graph, &roots, few_registers);
     let order = compiler.order(&roots);
-
-    // The frame, the inputs, and the last time each value is needed.
-    let (mut frame, mut inputs, mut last) = (Vec::new(), Vec::new(), HashMap::new());
-    for (time, &node) in order.iter().enumerate() {
+    let (mut frame, mut inputs) = (Vec::new(), Vec::new());
+    for &node in &order {
         match graph.term(node) {
-            Term::Input(_) => inputs.push(node),
+            Term::Input(input) => inputs.push((node, input)),
             _ if graph.closed(node) => frame.push(node),
-            _ => last.extend(compiler.operation(node).operands().map(|x| (x, time))),
+            _ => {}
         }
     }
-    last.extend(results.iter().map(|&x| (x, order.len())));
-    let preloaded =
-        if inputs.len() <= PRELOADED { std::mem::take(&mut inputs) } else { Vec::new() };
-    let mut wanted: HashMap<Node, Vec<u32>> = HashMap::new();
-    given.iter().for_each(|&(index, x)| wanted.entry(x).or_default().push(index));
-
-    let mut bank = Bank { places: HashMap::new(), free: Vec::new(), count: 0 };
-    let mut code = Vec::new();
-    let give = |code: &mut Vec<Instruction>, node: Node, a: Register| {
-        let indices = wanted.get(&node).into_iter().flatten();
-        code.extend(indices.map(|&index| Instruction::Give { index, a }));
-    };
-    for &node in frame.iter().chain(&preloaded) {
-        let at = bank.take(node)?;
-        give(&mut code, node, at);
+    if inputs.len() > PRELOADED {
+        inputs.clear();
+    }
+    let mut emitter = Emitter::new(&compiler, &order, results, given);
+    for &node in frame.iter().chain(inputs.iter().map(|(node, _)| node)) {
+        emitter.load(node)?;
     }
     for (time, &node) in order.iter().enumerate() {
-        let operation = compiler.operation(node);
-        let computed = bank.places.get(&node).copied();
-        if computed.is_some() && !matches!(operation, Operation::DividedDerivative(_)) {
-            continue;
-        }
-        let operands: Vec<(Node, Register)> =
-            operation.operands().filter_map(|x| Some((x, *bank.places.get(&x)?))).collect();
-        for &(x, at) in &operands {
-            if last.get(&x) == Some(&time) && bank.places.remove(&x).is_some() {
-                bank.free.push(at);
-            }
-        }
-        if let Some(at) = computed {
-            give(&mut code, node, at);
-            continue;
-        }
-        let to = bank.take(node)?;
-        let derivative = compiler
-            .divided_derivative(node)
-            .map(|derivative| bank.take(derivative))
-            .transpose()?;
-        let at = |k: usize| operands.get(k).map_or(0, |x| x.1);
-        let (a, b, c) = (at(0), at(1), at(2));
-        code.push(match operation {
-            Operation::ProductSum(..) => Instruction::ProductSum { to, a, b, c },
-            Operation::ProductDifference(..) => Instruction::ProductDifference { to, a, b, c },
-            // The instruction of the divided difference, which comes before, has computed it.
-            Operation::DividedDerivative(_) => continue,
-            Operation::Term(term) => match term {
-                Term::Divided(function, ..) => {
-                    Instruction::Divided { function, to, derivative, a, b }
-                }
-                Term::Input(input) => Instruction::Load { to, input },
-                Term::Negative(_) => Instruction::Negative { to, a },
-                Term::Sum(..) => Instruction::Sum { to, a, b },
-                Term::Difference(..) => Instruction::Difference { to, a, b },
-                Term::Product(..) => Instruction::Product { to, a, b },
-                Term::Quotient(..) => Instruction::Quotient { to, a, b },
-                Term::Of(function, _) => Instruction::Of { function, to, a },
-                // In the frame.
-                Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::DividedDerivative(..) => {
-                    continue;
-                }
-            },
-        });
-        give(&mut code, node, to);
-        // A result that was given and is no operand.
-        if !last.contains_key(&node) && bank.places.remove(&node).is_some() {
-            bank.free.push(to);
-        }
+        emitter.compute(time, node)?;
     }
-    let inputs = preloaded.iter().filter_map(|&x| match graph.term(x) {
-        Term::Input(input) => Some(input),
-        _ => None,
-    });
-    let results = results.iter().filter_map(|x| bank.places.get(x).copied()).collect();
+    let Emitter { bank, code, .. } = emitter;
     Ok(Program {
-        inputs: inputs.collect(),
+        inputs: inputs.into_iter().map(|(_, input)| input).collect(),
         frame: frame.into(),
         code: code.into(),
-        results,
+        results: results.iter().filter_map(|x| bank.places.get(x).copied()).collect(),
         registers: bank.count,
     })
 }
 
-impl Compiler<'_> {
+impl<'a> Compiler<'a> {
+    fn new(graph: &'a Graph, roots: &[Node], few_registers: bool) -> Self {
+        let mut uses = HashMap::new();
+        let cone = graph.cone(roots, Kinds::ALL);
+        for &node in &cone {
+            graph.term(node).operands().for_each(|x| *uses.entry(x).or_insert(0) += 1);
+        }
+        // A result keeps a register of its own and is not fused into a sum.
+        roots.iter().for_each(|&x| *uses.entry(x).or_insert(0) += 2);
+        let mut compiler = Self { graph, uses, registers: HashMap::new() };
+        for node in cone.into_iter().filter(|_| few_registers) {
+            let registers = compiler.count_registers(node);
+            compiler.registers.insert(node, registers);
+        }
+        compiler
+    }
+
     /// The operation of a node. A product that enters one sum only is fused with it.
     fn operation(&self, node: Node) -> Operation {
         let fused = |x: Node| match self.graph.term(x) {
@@ -244,6 +216,90 @@ impl Compiler<'_> {
     }
 }
 
+/// Writes instructions one after another, at times 0, 1, 2, ..., and assigns their registers.
+struct Emitter<'a> {
+    compiler: &'a Compiler<'a>,
+    /// The indices under which a node is given.
+    indices: HashMap<Node, Vec<u32>>,
+    /// The last time at which each value is an operand, or the end for results.
+    last_use: HashMap<Node, usize>,
+    bank: Bank,
+    code: Vec<Instruction>,
+}
+
+impl<'a> Emitter<'a> {
+    fn new(
+        compiler: &'a Compiler<'a>,
+        order: &[Node],
+        results: &[Node],
+        given: &[(u32, Node)],
+    ) -> Self {
+        let mut last_use = HashMap::new();
+        for (time, &node) in order.iter().enumerate() {
+            let is_input = matches!(compiler.graph.term(node), Term::Input(_));
+            if !is_input && !compiler.graph.closed(node) {
+                last_use.extend(compiler.operation(node).operands().map(|x| (x, time)));
+            }
+        }
+        last_use.extend(results.iter().map(|&x| (x, order.len())));
+        let mut indices: HashMap<Node, Vec<u32>> = HashMap::new();
+        given.iter().for_each(|&(index, x)| indices.entry(x).or_default().push(index));
+        let bank = Bank { places: HashMap::new(), free: Vec::new(), count: 0 };
+        Self { compiler, indices, last_use, bank, code: Vec::new() }
+    }
+
+    /// Assigns a register to a node that is loaded before the program runs.
+    fn load(&mut self, node: Node) -> Result<(), TooManyRegisters> {
+        let at = self.bank.take(node)?;
+        self.give(node, at);
+        Ok(())
+    }
+
+    fn give(&mut self, node: Node, a: Register) {
+        let indices = self.indices.get(&node).into_iter().flatten();
+        self.code.extend(indices.map(|&index| Instruction::Give { index, a }));
+    }
+
+    /// Writes the instruction of a node, unless an earlier one or the frame has its value.
+    fn compute(&mut self, time: usize, node: Node) -> Result<(), TooManyRegisters> {
+        let operation = self.compiler.operation(node);
+        let computed = self.bank.places.get(&node).copied();
+        if computed.is_some() && !matches!(operation, Operation::DividedDerivative(_)) {
+            return Ok(());
+        }
+        let operands = self.last_operands(time, operation);
+        if let Some(at) = computed {
+            self.give(node, at);
+            return Ok(());
+        }
+        let to = self.bank.take(node)?;
+        let derivative = self.compiler.divided_derivative(node);
+        let derivative = derivative.map(|derivative| self.bank.take(derivative)).transpose()?;
+        let Some(instruction) = operation.instruction(to, derivative, operands) else {
+            return Ok(());
+        };
+        self.code.push(instruction);
+        self.give(node, to);
+        // A result that was given and is no operand.
+        if !self.last_use.contains_key(&node) {
+            self.bank.release(node);
+        }
+        Ok(())
+    }
+
+    /// The registers of the operands. Those that are needed for the last time become free.
+    fn last_operands(&mut self, time: usize, operation: Operation) -> [Register; 3] {
+        let held = operation.operands().filter_map(|x| Some((x, *self.bank.places.get(&x)?)));
+        let held: Vec<(Node, Register)> = held.collect();
+        for (x, _) in &held {
+            if self.last_use.get(x) == Some(&time) {
+                self.bank.release(*x);
+            }
+        }
+        [0, 1, 2].map(|k| held.get(k).map_or(0, |x| x.1))
+    }
+}
+
 /// The registers in use.
 struct Bank {
     places: HashMap<Node, Register>,
@@ -263,5 +319,9 @@ impl Bank {
         };
         self.places.insert(node, register);
         Ok(register)
+    }
+
+    fn release(&mut self, node: Node) {
+        self.free.extend(self.places.remove(&node));
     }
 }

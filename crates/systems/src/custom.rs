@@ -46,6 +46,7 @@ mod period;
 mod polynomial;
 mod programs;
 mod ridges;
+mod second_derivatives;
 mod shape;
 mod structure;
 mod wave;

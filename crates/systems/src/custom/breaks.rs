@@ -37,7 +37,7 @@ impl Breaks {
         if of_time.is_empty() {
             return Ok(Self(Vec::new()));
         }
-        let parts = builder.many(&(0..).zip(of_time).collect::<Vec<_>>())?.into_iter();
+        let parts = builder.many(&of_time)?.into_iter();
         let of_end = |Part { program, frame }| match time {
             Input::Coordinate(clock) => Part { program: program.moving(clock), frame },
             _ => Part { program, frame },

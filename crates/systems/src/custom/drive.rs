@@ -4,6 +4,7 @@ use super::breaks::Breaks;
 use super::description::DriveDescription;
 use super::failure::{CustomError, Place};
 use super::programs::{Builder, Part};
+use super::shape::closed;
 use super::wave::Wave;
 use super::{checks, harmonics, period, time_point};
 use afterbay_core::{Drive, Harmonics, Scalar};
@@ -75,28 +76,21 @@ impl CustomDrive<f64> {
                 inputs.extend(by);
             }
             nodes.push(force);
-            let numbered: Vec<_> = (0..).zip(slopes).collect();
             let part = builder.one(&[force])?;
-            forces.push((part, builder.many(&numbered)?, inputs));
+            forces.push((part, builder.many(&slopes)?, inputs));
             driven.push(j);
         }
         let kinks = builder.graph.kinks(&nodes);
         let breaks = Breaks::new(&mut builder, &kinks, Input::End)?;
         let poles = builder.graph.poles(&nodes);
         let poles = Breaks::new(&mut builder, &poles, Input::End)?;
-        let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
+        let kinks = builder.many(&kinks)?;
         let waves: Vec<_> =
             nodes.iter().map(|&force| Wave::new(&mut builder.graph, force)).collect();
         let Builder { graph, frames, .. } = builder;
         let places = reading.places;
-        let closed: Vec<Node> = places
-            .iter()
-            .map(|x| x.1)
-            .filter(|&x| graph.closed(x))
-            .chain(frames.iter().copied())
-            .chain(waves.iter().flatten().flat_map(Wave::nodes))
-            .collect();
-        let closed = graph.all(&closed);
+        let evaluated = frames.iter().copied().chain(waves.iter().flatten().flat_map(Wave::nodes));
+        let closed = closed(&graph, evaluated.collect(), &[], &places);
         let (parameters, period, roots) = (reading.parameters, reading.period, nodes);
         let shape = Shape {
             graph,

@@ -107,9 +107,10 @@ impl Builder {
         Ok(part)
     }
 
-    /// The programs of many results, each with an index.
-    pub(super) fn many(&mut self, results: &[(u32, Node)]) -> Result<Vec<Part>, CustomError> {
-        let programs = Program::many(&self.graph, results).map_err(crowded)?;
+    /// The programs of many results, which give each with its index.
+    pub(super) fn many(&mut self, results: &[Node]) -> Result<Vec<Part>, CustomError> {
+        let numbered: Vec<_> = (0..).zip(results.iter().copied()).collect();
+        let programs = Program::many(&self.graph, &numbered).map_err(crowded)?;
         let parts = programs.into_iter().map(|program| self.part(program)).collect();
         self.fits(0)?;
         Ok(parts)

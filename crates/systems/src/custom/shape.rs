@@ -9,6 +9,7 @@ use super::passive;
 use super::polynomial::Polynomial;
 use super::programs::{Builder, Part, crowded};
 use super::ridges::{Links, Wanted};
+use super::second_derivatives::SecondDerivatives;
 use super::structure::Structure;
 use afterbay_core::Block;
 use afterbay_expression::{Graph, Input, Kinds, Node, Program, Ridge};
@@ -105,55 +106,30 @@ impl Shape {
         let every: Vec<Input> = (0..dof).map(coordinate).collect();
         let slopes = builder.graph.gradient(potential, Kinds::COORDINATES, &every);
 
-        let mut second = Vec::new();
+        let mut second = SecondDerivatives::default();
         for (i, &slope) in slopes.iter().enumerate() {
-            let by = builder.graph.inputs(slope, Kinds::COORDINATES);
-            let row = builder.graph.gradient(slope, Kinds::COORDINATES, &by);
-            for (input, node) in by.into_iter().zip(row) {
-                if let (Input::Coordinate(j), false) = (input, builder.graph.is_zero(node)) {
-                    second.push(((Block::Hqq, i, j as usize), node));
-                }
-            }
-            builder.fits(second.len())?;
+            second.add_row(&mut builder, (Block::Hqq, i), slope)?;
         }
         let mut local_dissipations = Vec::new();
         for (i, &force) in forces.iter().enumerate() {
-            let mut own = [builder.graph.number(0.0); 2];
-            for kinds in [Kinds::COORDINATES, Kinds::MOMENTA] {
-                let by = builder.graph.inputs(force, kinds);
-                let row = builder.graph.gradient(force, kinds, &by);
-                for (input, node) in by.into_iter().zip(row) {
-                    let (block, j, slot) = match input {
-                        Input::Momentum(j) => (Block::Dp, j as usize, 1),
-                        Input::Coordinate(j) => (Block::Dq, j as usize, 0),
-                        _ => continue,
-                    };
-                    if !builder.graph.is_zero(node) {
-                        second.push(((block, i, j), node));
-                    }
-                    if i == j {
-                        own[slot] = node;
-                    }
-                }
-            }
-            local_dissipations.push([force, own[0], own[1]]);
-            builder.fits(second.len())?;
+            let by_q = second.add_row(&mut builder, (Block::Dq, i), force)?;
+            let by_p = second.add_row(&mut builder, (Block::Dp, i), force)?;
+            local_dissipations.push([force, by_q, by_p]);
         }
 
         let kinks = builder.graph.kinks(&[&slopes[..], &forces].concat());
-        let second_nodes = second.iter().map(|x| x.1);
         let structure = Structure::new(
             &builder.graph,
             potential,
             &slopes,
             &forces,
-            second_nodes,
+            second.nodes.iter().copied(),
             kinks.is_empty(),
         );
         let members = members.filter(|members| members.coupling() == structure.coupling);
         let clock = has_clock.then(|| coordinate(dof - 1));
         let breaks = clock.map(|clock| Breaks::new(&mut builder, &kinks, clock)).transpose()?;
-        let kinks = builder.many(&(0..).zip(kinks).collect::<Vec<_>>())?;
+        let kinks = builder.many(&kinks)?;
         let dissipation_kernel =
             builder.dissipation_kernel(&structure, &local_dissipations, &dissipations)?;
         let matrix = passive::matrix(&mut builder.graph, &dissipations);
@@ -163,20 +139,15 @@ impl Shape {
             Potential::Programs { singular, .. } => singular.iter().any(Option::is_some),
             Potential::Ridges { .. } => false,
         };
-        let entries = second.iter().map(|x| x.0).collect();
-        let second: Vec<(u32, Node)> = (0..).zip(second.into_iter().map(|x| x.1)).collect();
-        let curvature = builder.many(&second)?;
+        let curvature = builder.many(&second.nodes)?;
 
         let Builder { graph, frames, .. } = builder;
-        let mut roots: Vec<Node> = frames.iter().chain(&masses).copied().collect();
+        let mut evaluated: Vec<Node> = frames.iter().chain(&masses).copied().collect();
         if let DissipationKernel::Constant(gammas) = &dissipation_kernel {
-            roots.extend(gammas);
+            evaluated.extend(gammas);
         }
-        roots.extend(matrix.iter().flatten().map(|x| x.2));
-        // The closed parts of D also decide its sign.
-        let decisive = graph.all(&dissipations).into_iter().chain(places.iter().map(|x| x.1));
-        roots.extend(decisive.filter(|&x| graph.closed(x)));
-        let closed = graph.all(&roots);
+        evaluated.extend(matrix.iter().flatten().map(|x| x.2));
+        let closed = closed(&graph, evaluated, &dissipations, &places);
         Ok(Self {
             dof,
             has_clock,
@@ -193,13 +164,26 @@ impl Shape {
             matrix,
             fields,
             curvature,
-            entries,
+            entries: second.entries,
             kinks,
             breaks,
             structure,
             members,
         })
     }
+}
+
+/// The nodes that depend on parameters alone, in order of evaluation: those of `evaluated`, which
+/// do, and the parts of other fields and of each place that do. Such parts of D decide its sign.
+pub(super) fn closed(
+    graph: &Graph,
+    mut evaluated: Vec<Node>,
+    fields: &[Node],
+    places: &[(Place, Node, Range<usize>)],
+) -> Vec<Node> {
+    let parts = graph.all(fields).into_iter().chain(places.iter().map(|x| x.1));
+    evaluated.extend(parts.filter(|&x| graph.closed(x)));
+    graph.all(&evaluated)
 }
 
 impl Builder {
@@ -228,8 +212,7 @@ impl Builder {
         let (edges, singular) = self.edges(slopes.len(), &summands)?;
         let partials = slopes.iter().enumerate().map(|(j, &slope)| self.moving(j, &[slope]));
         let partials = partials.collect::<Result<_, _>>()?;
-        let gradient: Vec<(u32, Node)> = (0..).zip(slopes.iter().copied()).collect();
-        let gradient = self.many(&gradient)?;
+        let gradient = self.many(slopes)?;
         let value = self.one(&[potential])?;
         Ok(Potential::Programs { value, gradient, partials, edges, singular })
     }
@@ -278,8 +261,7 @@ impl Builder {
         }
         let local_dissipations =
             local_dissipations.iter().map(|results| self.one(results)).collect::<Result<_, _>>()?;
-        let dissipations: Vec<(u32, Node)> = (0..).zip(dissipations.iter().copied()).collect();
-        Ok(DissipationKernel::General { local_dissipations, forces: self.many(&dissipations)? })
+        Ok(DissipationKernel::General { local_dissipations, forces: self.many(dissipations)? })
     }
 
     /// The divided difference along each coordinate, of the part of V that depends on it.

@@ -4,6 +4,8 @@ use super::super::description::GeneralReading;
 use super::super::failure::{CustomError, Place};
 use super::super::passive;
 use super::super::programs::{Builder, Part, crowded};
+use super::super::second_derivatives::SecondDerivatives;
+use super::super::shape::closed;
 use super::super::structure::coupling;
 use afterbay_core::{Block, Coupling};
 use afterbay_expression::{Graph, Input, Kinds, Node, Program};
@@ -79,26 +81,16 @@ impl Shape {
             })
             .collect();
 
-        let mut second = Vec::new();
-        for (of, blocks) in [
-            (&hq, [Some(Block::Hqq), Some(Block::Hqp)]),
-            (&hp, [None, Some(Block::Hpp)]),
-            (&forces, [Some(Block::Dq), Some(Block::Dp)]),
+        let mut second = SecondDerivatives::default();
+        for (fields, blocks) in [
+            (&hq, &[Block::Hqq, Block::Hqp][..]),
+            (&hp, &[Block::Hpp]),
+            (&forces, &[Block::Dq, Block::Dp]),
         ] {
-            for (i, &slope) in of.iter().enumerate() {
-                for (kinds, block) in [Kinds::COORDINATES, Kinds::MOMENTA].into_iter().zip(blocks) {
-                    let Some(block) = block else { continue };
-                    let by = builder.graph.inputs(slope, kinds);
-                    let row = builder.graph.gradient(slope, kinds, &by);
-                    for (input, node) in by.into_iter().zip(row) {
-                        if let Input::Coordinate(j) | Input::Momentum(j) = input
-                            && !builder.graph.is_zero(node)
-                        {
-                            second.push(((block, i, j as usize), node));
-                        }
-                    }
+            for (i, &field) in fields.iter().enumerate() {
+                for &block in blocks {
+                    second.add_row(&mut builder, (block, i), field)?;
                 }
-                builder.fits(second.len())?;
             }
         }
 
@@ -113,11 +105,10 @@ impl Shape {
         });
         let nodes: Vec<Node> = fields.into_iter().map(|x| x.1).collect();
         let kinks = builder.graph.kinks(&nodes);
-        let linear = kinks.is_empty() && second.iter().all(|x| builder.graph.closed(x.1));
+        let linear = kinks.is_empty() && second.nodes.iter().all(|&x| builder.graph.closed(x));
         let singular = builder.graph.singular_parts(hamiltonian);
 
-        let numbered = |nodes: &[Node]| (0..).zip(nodes.iter().copied()).collect::<Vec<_>>();
-        let kinks = builder.many(&numbered(&kinks))?;
+        let kinks = builder.many(&kinks)?;
         let singular =
             singular.into_iter().map(|part| builder.one(&[part])).collect::<Result<_, _>>()?;
         let parts = builder.parts(hamiltonian, dof);
@@ -125,24 +116,16 @@ impl Shape {
             .map(|j| builder.plane(j, parts[j], [hq[j], hp[j]], dissipations.get(j).copied()))
             .collect::<Result<_, _>>()?;
         let energy = builder.one(&[hamiltonian])?;
-        let gradient = builder.many(&numbered(&[hq, hp].concat()))?;
-        let forces = builder.many(&numbered(&dissipations))?;
+        let gradient = builder.many(&[hq, hp].concat())?;
+        let forces = builder.many(&dissipations)?;
         let matrix = passive::matrix(&mut builder.graph, &dissipations);
-        let entries = second.iter().map(|x| x.0).collect();
-        let second: Vec<Node> = second.into_iter().map(|x| x.1).collect();
-        let curvature = builder.many(&numbered(&second))?;
+        let curvature = builder.many(&second.nodes)?;
 
         let Builder { graph, frames, .. } = builder;
         let fields: Vec<Node> =
             std::iter::once(hamiltonian).chain(dissipations.iter().copied()).collect();
-        // The closed parts of D also decide its sign.
-        let decisive = graph.all(&fields).into_iter().chain(places.iter().map(|x| x.1));
-        let roots: Vec<Node> = decisive
-            .filter(|&x| graph.closed(x))
-            .chain(frames.iter().copied())
-            .chain(matrix.iter().flatten().map(|x| x.2))
-            .collect();
-        let closed = graph.all(&roots);
+        let evaluated = frames.iter().copied().chain(matrix.iter().flatten().map(|x| x.2));
+        let closed = closed(&graph, evaluated.collect(), &fields, &places);
         Ok(Self {
             dof,
             graph,
@@ -158,7 +141,7 @@ impl Shape {
             matrix,
             fields,
             curvature,
-            entries,
+            entries: second.entries,
             kinks,
             coupling,
             coupled_dissipation,
