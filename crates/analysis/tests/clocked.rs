@@ -6,9 +6,10 @@ use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::record::Artifact;
 use afterbay_analysis::scene::Scene;
-use afterbay_analysis::study::{energy, events, global_order, trajectory, work_precision};
+use afterbay_analysis::study::limit_cycle::{Cycle, LimitCycle};
+use afterbay_analysis::study::{Problem, energy, events, global_order, trajectory, work_precision};
 use afterbay_core::accounts;
-use afterbay_methods::registry::{METHODS, Row, find};
+use afterbay_methods::registry::{METHODS, REFERENCE, Row, find};
 use std::f64::consts::{PI, TAU};
 
 const MATHIEU: &str = include_str!("../../../scenes/mathieu.toml");
@@ -175,4 +176,67 @@ fn parameters_may_change_the_time() {
     assert_eq!(model.parameters(), ["a", "b", "c"]);
     let still: Model = model.with("b", 0.0).unwrap();
     assert!(still.has_clock() && still.dof() == 2);
+}
+
+/// The cycle that a run from a state leads to.
+fn cycle(system: &str, [q, p]: [f64; 2], method: &'static Row) -> Cycle {
+    let scene = Scene::read(&format!(
+        "[system]\nname = \"custom\"\n{system}\n[initial]\nq = [{q:?}]\np = [{p:?}]\n\
+         [time]\nend = 50.0\nstep = 0.05\n[run]\nmethods = [\"rk4\"]\n"
+    ))
+    .unwrap();
+    let transient = 400.0;
+    let study = LimitCycle { problem: scene.problem, transient, multiple: None, branch: None };
+    let found = study.run(method, 0.05, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?}", found.ending);
+    found.points[0].cycle.clone()
+}
+
+/// A swing whose length changes at twice its frequency, and the same torque as a drive.
+#[test]
+fn a_limit_cycle_under_a_time_in_v_is_that_under_the_same_force() {
+    let of_v = "potential = \"(1 + 0.5*cos(2*t))*(1 - cos(q1))\"\ndissipation = [\"0.1*v1\"]";
+    let of_drive = "potential = \"1 - cos(q1)\"\ndissipation = [\"0.1*v1\"]\n\
+                    [drive]\nforce = [\"-0.5*cos(2*t)*sin(q1)\"]";
+    let [a, b] = [of_v, of_drive].map(|system| cycle(system, [0.3, 0.0], &REFERENCE));
+    // Twice the period of V.
+    assert!((a.period - TAU).abs() < 1e-12 && a.period == b.period, "{} {}", a.period, b.period);
+    assert!((a.amplitude[0] - b.amplitude[0]).abs() < 1e-10, "{a:?} {b:?}");
+    for (a, b) in a.multipliers.iter().zip(&b.multipliers) {
+        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9, "{a:?} {b:?}");
+    }
+}
+
+/// x'' + c x' + x = f cos t - g cos 2t, of which one force is a drive and the other is -∂V/∂q.
+#[test]
+fn a_limit_cycle_may_have_a_drive_and_a_time_in_v() {
+    let (c, f, g) = (0.1_f64, 0.8, 0.2);
+    let system = format!(
+        "potential = \"q1^2/2 + {g}*cos(2*t)*q1\"\ndissipation = [\"{c}*v1\"]\n\
+         [drive]\nforce = \"{f}*cos(t)\""
+    );
+    let found = cycle(&system, [0.3, 0.0], &REFERENCE);
+    assert!((found.period - TAU).abs() < 1e-12);
+    // The steady motion f/c sin t + g ((3 cos 2t - 2 c sin 2t)/(9 + 4 c²)).
+    let size = 9.0 + 4.0 * c * c;
+    let q =
+        |t: f64| f / c * t.sin() + g * (3.0 * (2.0 * t).cos() - 2.0 * c * (2.0 * t).sin()) / size;
+    let times = (0..100_000).map(|i| f64::from(i) * TAU / 1e5);
+    let amplitude = times.map(|t| q(t).abs()).fold(0.0, f64::max);
+    assert!((found.amplitude[0] - amplitude).abs() < 1e-8, "{} {amplitude}", found.amplitude[0]);
+    let radius = found.multipliers.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
+    assert!((radius - (-c * PI).exp()).abs() < 1e-10, "{radius}");
+}
+
+#[test]
+fn a_system_at_rest_under_its_time_has_no_cycle() {
+    let scene = mathieu("", 50.0);
+    let study =
+        LimitCycle { problem: scene.problem, transient: 800.0, multiple: None, branch: None };
+    let rest = Problem { q: vec![1e-3], ..study.problem.clone() };
+    for problem in [study.problem.clone(), rest] {
+        let study = LimitCycle { problem, ..study.clone() };
+        let ending = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap().ending;
+        assert_eq!(ending.outcome, "at-rest", "{ending:?}");
+    }
 }

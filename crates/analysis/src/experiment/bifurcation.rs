@@ -9,7 +9,8 @@ use crate::claim::{Readings, Said, note};
 use crate::findings::all_zero;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, spaced};
-use crate::study::attractor::{Attractor, Kind};
+use crate::study::Problem;
+use crate::study::attractor::{Attractor, Kind, largest};
 use crate::study::bifurcation::{self, Bifurcation, Column, Diagram};
 use crate::study::dynamics::DynamicsPlan;
 use crate::study::outcome::Ending;
@@ -78,10 +79,11 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
 }
 
 fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
-    let exact = found.iter().find(|diagram| diagram.row.name == EXACT).map(kinds);
+    let exact =
+        found.iter().find(|diagram| diagram.row.name == EXACT).map(|diagram| kinds(study, diagram));
     let mut readings = Readings::default();
     for diagram in found {
-        let (label, own) = (label(diagram.row, diagram.h), kinds(diagram));
+        let (label, own) = (label(diagram.row, diagram.h), kinds(study, diagram));
         let failed = diagram.columns.iter().filter(|column| !column.ending.is_completed());
         readings.add(&label, "values", diagram.columns.len());
         readings.add(&label, "failed runs", failed.count());
@@ -114,9 +116,13 @@ fn points(diagram: &Diagram) -> Vec<(f64, f64)> {
 }
 
 /// The attractor of each value, if its run got far enough.
-fn kinds(diagram: &Diagram) -> Vec<Option<Attractor>> {
-    let of =
-        |column: &Column| Attractor::of(&column.points).filter(|_| column.ending.is_completed());
+fn kinds(study: &Bifurcation, diagram: &Diagram) -> Vec<Option<Attractor>> {
+    let Problem { model, q, p, .. } = &study.problem;
+    let (periods, start_size) = (model.periods(), largest(q).max(largest(p)));
+    let of = |column: &Column| {
+        let attractor = Attractor::of(&column.points, &periods, start_size);
+        attractor.filter(|_| column.ending.is_completed())
+    };
     diagram.columns.iter().map(of).collect()
 }
 

@@ -9,7 +9,7 @@ use crate::claim::{Readings, Said, list, note};
 use crate::findings::{all_completed, all_zero, ended};
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
-use crate::study::attractor::Attractor;
+use crate::study::attractor::{Attractor, largest};
 use crate::study::dynamics::DynamicsPlan;
 use crate::study::outcome::{COMPLETED, Ending};
 use crate::study::poincare::{self, Poincare, Portrait};
@@ -35,7 +35,7 @@ fn sheet(
         sheet.runs.extend(endings.iter().map(record));
     }
     sheet.text(prose(plan, model));
-    let readings = readings(&found);
+    let readings = readings(&plan.study, &found);
     sheet.table(&HEADER, found.iter().map(|portrait| cells(portrait, &readings)).collect());
     sheet.find("Poincaré section", readings, what_is_seen);
     let states = |portrait: &Portrait| States {
@@ -69,8 +69,8 @@ fn prose(plan: &DynamicsPlan<Poincare>, model: &Model) -> String {
     )
 }
 
-fn readings(found: &[Portrait]) -> Readings {
-    let attractors: Vec<_> = found.iter().map(attractors).collect();
+fn readings(study: &Poincare, found: &[Portrait]) -> Readings {
+    let attractors: Vec<_> = found.iter().map(|portrait| attractors(study, portrait)).collect();
     let exact = found.iter().position(|portrait| portrait.row.name == EXACT);
     let mut readings = Readings::default();
     for (portrait, own) in found.iter().zip(&attractors) {
@@ -127,12 +127,14 @@ fn title(study: &Poincare, model: &Model) -> String {
 }
 
 /// The attractor of each start, if its run got far enough.
-fn attractors(portrait: &Portrait) -> Vec<Option<Attractor>> {
+fn attractors(study: &Poincare, portrait: &Portrait) -> Vec<Option<Attractor>> {
+    let periods = study.problem.model.periods();
     let of_start = |start: usize| {
         let rows = portrait.rows.iter().filter(|row| row.start == start + 1);
         let points: Vec<_> = rows.map(|row| [row.q.clone(), row.p.clone()]).collect();
         let done = portrait.endings[start].is_completed();
-        Attractor::of(&points).filter(|_| done)
+        let start_size = largest(&study.starts[start].concat());
+        Attractor::of(&points, &periods, start_size).filter(|_| done)
     };
     (0..portrait.endings.len()).map(of_start).collect()
 }

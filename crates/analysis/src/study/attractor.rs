@@ -1,9 +1,13 @@
 //! The attractor that points of a section show: a cycle of some period, or a set without one.
 
+use super::section::far;
 use serde::{Deserialize, Serialize};
 
 /// The largest distance of points that count as one, relative to [`Attractor::size`].
 const SAME: f64 = 1e-4;
+/// The distance of points that counts as none, relative to the size of the start: a motion that
+/// decays to rest at q = p = 0 repeats nowhere.
+const AT_REST: f64 = 1e-8;
 /// The largest distance of two attractors that count as one, relative to their size. A coarse
 /// choice: methods at finite steps shift an attractor without changing its kind.
 const ALIKE: f64 = 0.05;
@@ -26,24 +30,34 @@ pub enum Kind {
 pub struct Attractor {
     /// q and p of each point.
     points: Vec<Vec<f64>>,
+    /// The periods of the coordinates that have one.
+    periods: Vec<Option<f64>>,
     /// The kind.
     pub kind: Kind,
     /// The largest |q_j| or |p_j| of the points.
     pub size: f64,
+    /// The distance of points that counts as none.
+    at_rest: f64,
 }
 
 impl Attractor {
-    /// The attractor that points (q, p) show; none if there are fewer than two.
-    pub fn of<'a>(points: impl IntoIterator<Item = &'a [Vec<f64>; 2]>) -> Option<Self> {
+    /// The attractor that points (q, p) show; none if there are fewer than two. `periods` are those
+    /// of the coordinates, `start_size` is the largest |q_j| or |p_j| at the start of the run.
+    pub fn of<'a>(
+        points: impl IntoIterator<Item = &'a [Vec<f64>; 2]>,
+        periods: &[Option<f64>],
+        start_size: f64,
+    ) -> Option<Self> {
         let points: Vec<Vec<f64>> = points.into_iter().map(|point| point.concat()).collect();
-        let first = points.first().filter(|_| points.len() > 1)?;
-        let size = (0..first.len())
-            .map(|j| points.iter().map(|point| point[j].abs()).fold(0.0, f64::max))
-            .fold(0.0, f64::max);
-        let same = |a: &[f64], b: &[f64]| far(a, b) <= SAME * size;
+        if points.len() < 2 {
+            return None;
+        }
+        let size = points.iter().map(|point| largest(point)).fold(0.0, f64::max);
+        let at_rest = AT_REST * start_size;
+        let same = |a: &[f64], b: &[f64]| far(periods, a, b) <= at_rest.max(SAME * size);
         let repeats = |&k: &usize| (k..points.len()).all(|i| same(&points[i], &points[i - k]));
         let kind = (1..=points.len() / REPEATS).find(repeats).map_or(Kind::Aperiodic, Kind::Period);
-        Some(Self { points, kind, size })
+        Some(Self { points, periods: periods.to_vec(), kind, size, at_rest })
     }
 
     /// q and p of its points.
@@ -52,15 +66,22 @@ impl Attractor {
     }
 
     /// The largest distance of a point of one attractor from the nearest point of the other,
-    /// relative to the size of this one.
+    /// relative to the size of this one; 0 if it counts as none.
     pub fn distance(&self, other: &Self) -> f64 {
-        self.apart(other) / self.size.max(f64::MIN_POSITIVE)
+        relative(self.apart(other), self)
     }
 
     /// The largest distance of a point of one attractor from the nearest point of the other.
     pub(crate) fn apart(&self, other: &Self) -> f64 {
         let [a, b] = [self, other].map(Self::compared);
-        beyond(&a, &b).max(beyond(&b, &a))
+        self.beyond(&a, &b).max(self.beyond(&b, &a))
+    }
+
+    /// The largest distance of one of `from` from the nearest of `to`.
+    fn beyond(&self, from: &[&[f64]], to: &[&[f64]]) -> f64 {
+        let distance = |a: &[f64], b: &[f64]| far(&self.periods, a, b);
+        let nearest = |a: &&[f64]| to.iter().map(|b| distance(a, b)).fold(f64::INFINITY, f64::min);
+        from.iter().map(nearest).fold(0.0, f64::max)
     }
 
     /// Whether both are of one kind and lie in one place.
@@ -93,7 +114,7 @@ impl Attractor {
             (a - c).abs().max((b - d).abs())
         };
         let dof = self.points.first().map_or(0, Vec::len);
-        (0..dof).map(off).fold(0.0, f64::max) / self.size.max(f64::MIN_POSITIVE)
+        relative((0..dof).map(off).fold(0.0, f64::max), self)
     }
 }
 
@@ -107,14 +128,15 @@ impl Kind {
     }
 }
 
-fn far(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+/// The largest magnitude.
+pub(crate) fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
-/// The largest distance of one of `from` from the nearest of `to`.
-fn beyond(from: &[&[f64]], to: &[&[f64]]) -> f64 {
-    let nearest = |a: &&[f64]| to.iter().map(|b| far(a, b)).fold(f64::INFINITY, f64::min);
-    from.iter().map(nearest).fold(0.0, f64::max)
+/// A distance relative to the size of an attractor; 0 if it counts as none.
+fn relative(distance: f64, attractor: &Attractor) -> f64 {
+    let Attractor { size, at_rest, .. } = *attractor;
+    if distance <= at_rest { 0.0 } else { distance / size.max(at_rest).max(f64::MIN_POSITIVE) }
 }
 
 #[cfg(test)]
@@ -123,7 +145,7 @@ mod tests {
 
     fn attractor(points: &[f64]) -> Attractor {
         let points: Vec<_> = points.iter().map(|&x| [vec![x], vec![-x]]).collect();
-        Attractor::of(&points).expect("two points")
+        Attractor::of(&points, &[None], 2.0).expect("two points")
     }
 
     #[test]
@@ -134,7 +156,31 @@ mod tests {
         assert_eq!(attractor(&[1.0, 2.0, 3.0, 1.0]).kind, Kind::Aperiodic);
         assert_eq!(attractor(&[1.0, 1.001, 1.0, 1.001]).kind, Kind::Period(2));
         assert_eq!(attractor(&[0.0, 0.0]).kind, Kind::Period(1));
-        assert!(Attractor::of(&[[vec![1.0], vec![0.0]]]).is_none());
+        assert!(Attractor::of(&[[vec![1.0], vec![0.0]]], &[None], 2.0).is_none());
+    }
+
+    #[test]
+    fn a_motion_that_has_decayed_is_at_rest() {
+        let decayed = attractor(&[4e-10, -2e-10, 1e-10, -5e-11]);
+        let more = attractor(&[4e-56, -2e-56, 1e-56, 0.0]);
+        assert_eq!([decayed.kind, more.kind], [Kind::Period(1); 2]);
+        assert_eq!([decayed.distance(&more), more.distance(&decayed)], [0.0; 2]);
+        assert!(decayed.is_like(&more) && more.is_like(&decayed));
+        let small = attractor(&[4e-4, -2e-4, 1e-4, -5e-5]);
+        assert!(small.kind == Kind::Aperiodic && !small.is_like(&more));
+    }
+
+    #[test]
+    fn an_angle_at_half_a_turn_is_one_place() {
+        let turn = std::f64::consts::TAU;
+        let of = |angles: [f64; 4]| {
+            let points = angles.map(|q| [vec![q], vec![0.1]]);
+            Attractor::of(&points, &[Some(turn)], 1.0).expect("two points")
+        };
+        let near = turn / 2.0 - 1e-9;
+        let (a, b) = (of([near, -near, near, near]), of([-near; 4]));
+        assert_eq!([a.kind, b.kind], [Kind::Period(1); 2]);
+        assert!(a.distance(&b) < 1e-8 && a.is_like(&b));
     }
 
     #[test]

@@ -145,16 +145,19 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
         progress.advance();
         search
     };
+    // Methods that choose their steps come first: where fixed steps are hopeless, as under a drive
+    // that jumps, their time bounds the search of all others.
+    let by_tolerance = ADAPTIVE
+        .par_iter()
+        .with_max_len(1)
+        .map(|row| searched(Search::new(&bench, &shortest).tolerance(row)))
+        .collect::<Result<Vec<_>, _>>()?;
     let mut found = rows
         .par_iter()
         .with_max_len(1)
         .map(|row| searched(Search::new(&bench, &shortest).steps(row)))
         .collect::<Result<Vec<_>, _>>()?;
-    for row in ADAPTIVE {
-        if !progress.stopped() {
-            found.push(searched(Search::new(&bench, &shortest).tolerance(row))?);
-        }
-    }
+    found.extend(by_tolerance);
     let mut qualified: Vec<(Candidate, Choice)> = Vec::new();
     for Found { candidate, tried } in found {
         pick.tried.extend(tried);

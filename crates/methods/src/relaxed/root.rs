@@ -55,6 +55,11 @@ impl<V: Vector> Chord<V> {
         if excess.abs() <= MET_ROUNDINGS * unit {
             return Ok(one);
         }
+        let lost = (plain.excess - (now - total)).to_f64().abs();
+        // Where a step changes K by roundings alone, γ - 1 would be a quotient of roundings.
+        if lost <= NOISE_ROUNDINGS * unit && self.take_from_reservoir(direction, plain.excess) {
+            return Ok(one);
+        }
         let root = self.search(system, state, direction, [now - total, total], plain, unit);
         if let Some(root) = root.filter(|root| root.excess.to_f64().abs() <= NOISE_ROUNDINGS * unit)
         {
@@ -64,7 +69,7 @@ impl<V: Vector> Chord<V> {
             return Ok(root.gamma);
         }
         // On steps so short that the effect of γ is below rounding, the error of K is accepted.
-        if (plain.excess - (now - total)).to_f64().abs() <= NOISE_ROUNDINGS * unit {
+        if lost <= NOISE_ROUNDINGS * unit {
             self.place(system, state, direction, one, total)?;
             return Ok(one);
         }
@@ -78,6 +83,19 @@ impl<V: Vector> Chord<V> {
             return Ok(root.gamma);
         }
         Err(StepFailure::NoRelaxationRoot { excess })
+    }
+
+    /// Takes the error of K from the w_j that gains most, if it still gains energy then.
+    fn take_from_reservoir(&mut self, direction: &Direction<V>, excess: V::Scalar) -> bool {
+        let gained = direction.w.as_slice().iter().zip(self.w.as_mut_slice());
+        let most = gained.max_by(|a, b| a.0.to_f64().total_cmp(&b.0.to_f64()));
+        match most {
+            Some((gain, w)) if excess.abs().lt(*gain).all() => {
+                *w -= excess;
+                true
+            }
+            _ => false,
+        }
     }
 
     /// Finds the point near 1 with the smallest error of K: first from the parabola through γ = 0,

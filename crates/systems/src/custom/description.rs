@@ -9,7 +9,7 @@ pub use function::FunctionDescription;
 
 use super::failure::{CustomError, Place};
 use afterbay_expression::{Graph, Input, Kinds, Node};
-use reader::{Reader, Rules, counted};
+use reader::{Reader, Rules, check_count, counted};
 use std::ops::Range;
 
 /// A separable system as texts of expressions. V and D may depend on the time t.
@@ -129,6 +129,7 @@ pub(super) struct GeneralReading {
 
 impl Description {
     pub(super) fn read(&self) -> Result<Reading, CustomError> {
+        check_count(&self.parameters, &self.definitions)?;
         let declared = Some(self.masses.len()).filter(|&n| n > 0).or(self.dissipation.dof());
         let mut reader = Reader::new(&self.parameters, &self.definitions, declared.or(self.dof))?;
         let no_momenta = Err("a potential is made of coordinates, t and parameters");
@@ -191,6 +192,7 @@ impl Description {
 
 impl GeneralDescription {
     pub(super) fn read(&self) -> Result<GeneralReading, CustomError> {
+        check_count(&self.parameters, &self.definitions)?;
         let declared = self.dissipation.dof();
         let mut reader = Reader::new(&self.parameters, &self.definitions, declared.or(self.dof))?;
         let rule = Err("H is made of coordinates, momenta and parameters");

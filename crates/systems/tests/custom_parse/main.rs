@@ -272,6 +272,8 @@ fn descriptions_are_checked() {
         ),
         (says(&|x| x.parameters.push(put("q1", 1.0))), "\"q1\": the name means something else"),
         (says(&|x| x.parameters.push(put("pi", 1.0))), "\"pi\": the name means something else"),
+        (says(&|x| x.parameters.push(put("i", 1.0))), "\"i\": i is the number of the degree"),
+        (says(&|x| x.parameters.push(put("n", 1.0))), "\"n\": n is the number of degrees"),
         (says(&|x| x.parameters.push(put("sin", 1.0))), "\"sin\": the name means something else"),
         (says(&|x| x.parameters.push(put("2k", 1.0))), "\"2k\": a name is made of letters"),
         (says(&|x| x.parameters.push(put("", 1.0))), "\"\": a name is made of letters"),

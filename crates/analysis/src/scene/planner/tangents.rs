@@ -62,8 +62,8 @@ impl Planner<'_> {
         let transient = self.duration(path, "transient", table.transient)?;
         let (key, at) = ("periods", format!("{path}.periods"));
         match table.periods {
-            Some(_) if self.problem.model.driven().is_empty() => {
-                let why = "the system has no drive: declare one in [drive]";
+            Some(_) if self.problem.model.motors().is_empty() => {
+                let why = "the system does not depend on the time: declare a drive in [drive]";
                 return self.refuse(&at, SceneProblem::Misplaced { key, why });
             }
             Some(0) => {

@@ -247,7 +247,8 @@ impl<'a> Found<'a> {
         }
         // Two turns of a cycle show its period.
         let points = if cycle.is_empty() { filling } else { [&cycle[..], &cycle[..]].concat() };
-        let attractor = Attractor::of(&points.iter().map(split).collect::<Vec<_>>());
+        let points_of = points.iter().map(split).collect::<Vec<_>>();
+        let attractor = Attractor::of(&points_of, &nearby.periods, scale);
         let boxes = if cycle.is_empty() {
             points.iter().map(|point| boxed(point, scale)).collect()
         } else {

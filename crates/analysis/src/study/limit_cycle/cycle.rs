@@ -93,7 +93,7 @@ fn amplitude(
     h: f64,
     path: &[Vec<f64>],
 ) -> Result<Vec<f64>, CycleFailure> {
-    let (run, n, motors) = (model.bind(row)?, model.degrees(), model.driven().len());
+    let (run, n, motors) = (model.bind(row)?, model.degrees(), model.motors().count());
     let system = model.system::<f64>()?;
     let periods = model.periods();
     let rotation = rotation(&periods, h, path);

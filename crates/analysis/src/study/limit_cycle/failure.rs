@@ -35,10 +35,10 @@ pub enum CycleFailure {
         /// The time of the search.
         time: f64,
     },
-    /// The states at the periods of the drive do not repeat.
+    /// The states at the periods in time of the system do not repeat.
     #[error(
-        "after the transient the states do not repeat within {periods} periods of the drive: take \
-         a longer transient, or give the number of periods in the cycle; the motion may also be \
+        "after the transient the states do not repeat within {periods} periods of the system in \
+         time: take a longer transient, or give the number of periods in the cycle; the motion may also be \
          without a period"
     )]
     NoPeriod {

@@ -1,6 +1,6 @@
 //! The first guess of a cycle, from a run of the method.
 //!
-//! Under a drive, the states at its periods show the number of periods after which they repeat.
+//! Where the system depends on the time, the states at its periods show the number of periods after which they repeat.
 //! Otherwise the run goes on from a state z* until it crosses the plane through z* normal to its
 //! velocity near z*, in the same direction. A run that comes to rest, or does not come back, has no
 //! guess.
@@ -9,13 +9,13 @@ use super::CycleFailure;
 use crate::Model;
 use crate::progress::Progress;
 use crate::study::Problem;
-use crate::study::attractor::{Attractor, Kind};
+use crate::study::attractor::{Attractor, Kind, largest};
 use crate::study::section::{Section, nearest};
 use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef};
 use afterbay_methods::registry::{Row, Run};
 use std::ops::ControlFlow;
 
-/// The periods of a drive within which states must repeat twice.
+/// The periods in time of a system within which states must repeat twice.
 const PERIODS: u64 = 64;
 /// The largest distance of a return, relative to the extent of the motion. Newton's method
 /// converges from it.
@@ -32,7 +32,7 @@ pub(super) struct Guess {
     pub(super) z: Vec<f64>,
     /// The period.
     pub(super) period: f64,
-    /// The periods of the drive in it; none without a drive.
+    /// The periods in time of the system in it; none for a system that does not depend on time.
     pub(super) multiple: Option<u64>,
 }
 
@@ -53,7 +53,7 @@ pub(super) fn guess(
     let model = &problem.model;
     let (run, state) = (model.bind(row)?, problem.start()?);
     let walk = Walk { run, state, dof: model.degrees(), done: 0, progress };
-    if model.driven().is_empty() {
+    if model.motors().is_empty() {
         walk.free(model, h, transient)
     } else {
         walk.driven(model, h, (transient, multiple))
@@ -78,9 +78,13 @@ impl Walk<'_> {
     ) -> Result<Guess, CycleFailure> {
         let grid = Section::Stroboscopic { interval: None }.grid(model, h)?;
         let period = grid.h * grid.steps as f64;
+        let first = self.point().concat();
         for _ in 0..(transient / period).ceil() as u64 {
             self.period(grid)?;
         }
+        let from = self.point().concat();
+        let extent = self.period(grid)?;
+        self.is_in_motion(extent, &first, &from)?;
         let multiple = match multiple {
             Some(multiple) => multiple,
             None => {
@@ -89,7 +93,8 @@ impl Walk<'_> {
                     self.period(grid)?;
                     points.push(self.point());
                 }
-                match Attractor::of(&points).map(|attractor| attractor.kind) {
+                let attractor = Attractor::of(&points, &model.periods(), largest(&first));
+                match attractor.map(|attractor| attractor.kind) {
                     Some(Kind::Period(multiple)) => multiple as u64,
                     _ => return Err(CycleFailure::NoPeriod { periods: PERIODS }),
                 }
@@ -99,14 +104,37 @@ impl Walk<'_> {
         Ok(Guess { z, period, multiple: Some(multiple) })
     }
 
-    /// Takes one period of a drive, and puts the motors back to its start.
-    fn period(&mut self, grid: Grid<f64>) -> Result<(), CycleFailure> {
-        self.take(grid, &mut |_, _| ControlFlow::Continue(()))?;
+    /// Takes one period in time, and puts the clock and the motors back to its start. Returns the
+    /// largest |q_j - q_j0| or |p_j - p_j0| on the way.
+    fn period(&mut self, grid: Grid<f64>) -> Result<f64, CycleFailure> {
+        let (from, dof) = (self.point(), self.dof);
+        let mut extent = 0.0_f64;
+        self.take(grid, &mut |_, state| {
+            for (now, from) in [(state.q, &from[0]), (state.p, &from[1])] {
+                let off = now[..dof].iter().zip(from).map(|(x, from)| (x - from).abs());
+                extent = off.fold(extent, f64::max);
+            }
+            ControlFlow::Continue(())
+        })?;
         let State { q, p, w, t } = &mut self.state;
         q[self.dof..].fill(0.0);
         p[self.dof..].fill(0.0);
         w.fill(0.0);
         *t = 0.0;
+        Ok(extent)
+    }
+
+    /// Checks that a motion of this extent, which started at `first` and came to `from`, is not at
+    /// rest.
+    ///
+    /// # Errors
+    /// [`CycleFailure::AtRest`]
+    fn is_in_motion(&self, extent: f64, first: &[f64], from: &[f64]) -> Result<(), CycleFailure> {
+        let came = from.iter().zip(first).map(|(a, b)| a - b).collect::<Vec<_>>();
+        if extent <= AT_REST * largest(&came).max(largest(from)) {
+            let (q, p) = from.split_at(self.dof);
+            return Err(CycleFailure::AtRest { q: q.to_vec(), p: p.to_vec() });
+        }
         Ok(())
     }
 
@@ -173,18 +201,9 @@ impl Walk<'_> {
             }
             ControlFlow::Continue(())
         })?;
-        let came = largest(&from.iter().zip(&first).map(|(a, b)| a - b).collect::<Vec<_>>());
-        if extent <= AT_REST * came.max(largest(&from)) || extent == 0.0 {
-            let (q, p) = from.split_at(self.dof);
-            return Err(CycleFailure::AtRest { q: q.to_vec(), p: p.to_vec() });
-        }
+        self.is_in_motion(extent, &first, &from)?;
         let time = h * grid.steps as f64;
         let period = found.ok_or(CycleFailure::NoReturn { nearest: closest, time })?;
         Ok(Guess { z: from, period, multiple: None })
     }
-}
-
-/// The largest magnitude.
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }

@@ -4,7 +4,7 @@
 //! Φ_h^n(z) - z = 0        h = T/n
 //! ```
 //!
-//! The unknowns are z = (q, p), the period T unless a drive gives it, and a parameter λ along a
+//! The unknowns are z = (q, p), the period T unless the system's dependence on time gives it, and a parameter λ along a
 //! branch. Conditions that are linear in the unknowns make up for those in excess of the equations.
 //! The n steps are taken in 106 bits, so that the equations are evaluated to the rounding of z.
 //! Their derivatives by z are products of the Jacobians of steps ([`Tangent`]); those by T and λ
@@ -45,7 +45,7 @@ pub(super) struct Shooting<'a> {
     pub(super) row: &'static Row,
     /// The name of λ, if there is one.
     pub(super) parameter: Option<&'a str>,
-    /// The number of periods of the drive in a cycle; none if T is unknown.
+    /// The number of periods in time of the system in a cycle; none if T is unknown.
     pub(super) multiple: Option<u64>,
     /// n
     pub(super) steps: u64,
@@ -110,7 +110,7 @@ impl Shooting<'_> {
     /// T at the unknowns.
     ///
     /// # Errors
-    /// [`InputError::End`] if the drive has no period.
+    /// [`InputError::End`] if no period in time is known.
     pub(super) fn period(&self, model: &Model, x: &[f64]) -> Result<f64, InputError> {
         match self.multiple {
             None => Ok(x[self.size()]),
@@ -282,11 +282,11 @@ impl Shooting<'_> {
     }
 }
 
-/// The state z at the start of the period of a drive.
+/// The state z at the start of a period in time.
 fn start(model: &Model, z: &[f64]) -> Result<State<Vec<Quad>>, InputError> {
     let lift = |part: &[f64]| part.iter().map(|&x| Quad::from_f64(x)).collect();
     let (q, p) = z.split_at(model.degrees());
-    Ok(with_motors(&State::new(lift(q), lift(p))?, model.driven().len()))
+    Ok(with_motors(&State::new(lift(q), lift(p))?, model.motors().count()))
 }
 
 /// q and p of the degrees of freedom that are not motors.

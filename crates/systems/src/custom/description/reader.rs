@@ -25,11 +25,12 @@ fn names(
     let mut names: Vec<String> = Vec::new();
     let values = parameters.iter().map(|(name, value)| (name, *value));
     for (name, value) in values.chain(definitions.iter().map(|(name, _)| (name, 0.0))) {
-        let why = match name {
+        let why = match name.as_str() {
             _ if !is_name(name) => {
                 "a name is made of letters, digits and underscores, the first no digit"
             }
             _ if is_reserved(name) => "the name means something else",
+            "i" => "i is the number of the degree of freedom",
             _ if names.contains(name) => "the name is taken",
             _ if !value.is_finite() => {
                 return Err(CustomError::Value { name: name.clone(), value });
@@ -43,6 +44,22 @@ fn names(
     }
     names.truncate(parameters.len());
     Ok(names)
+}
+
+/// Checks that no name of a system is `n`, which is the number of its degrees of freedom. The chains
+/// of the catalogue have a parameter of this name and value.
+pub(super) fn check_count(
+    parameters: &[(String, f64)],
+    definitions: &[(String, String)],
+) -> Result<(), CustomError> {
+    let mut names = parameters.iter().map(|x| &x.0).chain(definitions.iter().map(|x| &x.0));
+    match names.find(|name| *name == "n") {
+        Some(name) => Err(CustomError::Name {
+            name: name.clone(),
+            why: "n is the number of degrees of freedom",
+        }),
+        None => Ok(()),
+    }
 }
 
 /// The inputs that an expression may contain.
