@@ -4,7 +4,7 @@ use super::declared::{Boxed, section};
 use super::local_orders::orders_of_three;
 use super::names;
 use crate::chart::{Axis, LineChart, Style};
-use crate::claim::{Readings, Said};
+use crate::claim::{Readings, Said, list};
 use crate::report::Verdict;
 use crate::scene::{Scene, StepsPlan};
 use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors};
@@ -17,6 +17,8 @@ use afterbay_methods::registry::{EXACT, Row};
 const DATA: &str = "global_orders";
 /// The least error from which an order is taken, well above rounding.
 const ABOVE_ROUNDING: f64 = 1e-11;
+/// An order found this far below the claimed one is not that of the method. A choice.
+const FAR_BELOW: f64 = 0.7;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a StepsPlan) -> Boxed<'a> {
     let mut steps = plan.steps.clone();
@@ -42,8 +44,14 @@ fn sheet(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow]) -> Result<Sheet, 
         problem.end
     ));
     sheet.doubt("Global errors", found.iter().filter_map(GlobalRow::measured));
-    let readings = names(&plan.methods).iter().fold(Readings::default(), |r, name| {
-        VARIABLES.iter().fold(r, |r, variable| r.and(name, variable, order(found, name, variable)))
+    let readings = plan.methods.iter().fold(Readings::default(), |r, row| {
+        let orders = VARIABLES.map(|variable| order(found, row.name, variable));
+        let r = VARIABLES.iter().zip(orders).fold(r, |r, (of, order)| r.and(row.name, of, order));
+        match row.order() {
+            EXACT => r,
+            _ if orders.iter().all(Option::is_none) => r,
+            claimed => r.and(row.name, "claimed", f64::from(claimed)),
+        }
     });
     sheet.find("Global orders of q / p / w", readings, global);
     sheet.table(&HEADER, plan.methods.iter().map(|row| cells(found, row)).collect());
@@ -109,5 +117,22 @@ pub(super) fn slopes(orders: impl Iterator<Item = u32>) -> Vec<f64> {
 }
 
 fn global(r: &Readings) -> Said {
-    (Verdict::Note, orders_of_three(r, 2, "–"))
+    let mut statement = orders_of_three(r, 2, "–");
+    let falls_short = |name: &str, claimed: f64| {
+        VARIABLES.iter().any(|variable| r.number(name, variable) < claimed - FAR_BELOW)
+    };
+    let short: Vec<String> = r
+        .numbers("claimed")
+        .into_iter()
+        .filter(|&(name, claimed)| falls_short(name, claimed))
+        .map(|(name, _)| name.to_owned())
+        .collect();
+    if !short.is_empty() {
+        statement += &format!(
+            " The errors of {} do not fall at their order: these steps are too long for it, the \
+             motion is too sensitive, or it has kinks.",
+            list(short)
+        );
+    }
+    (Verdict::Note, statement)
 }

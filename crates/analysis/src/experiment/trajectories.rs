@@ -14,7 +14,7 @@ use crate::study::events::{self, EventPlan, EventRow, Steps};
 use crate::study::outcome::COMPLETED;
 use crate::study::trajectory::{self, Kept, Legs, Tally, Trajectory, stride, thinned};
 use afterbay_core::Passive;
-use afterbay_methods::registry::Row;
+use afterbay_methods::registry::{ADAPTIVE, Row};
 use serde::{Deserialize, Serialize};
 
 /// The most coordinates, and momenta, whose ends are numbers of a sweep.
@@ -276,12 +276,19 @@ fn where_they_went(r: &Readings) -> Said {
             off.join(", ")
         );
     }
-    let rises = r.numbers("rise").into_iter().map(|(name, rise)| format!("{name} {rise:.0e}"));
-    let rises: Vec<String> = rises.collect();
+    let rises = r.numbers("rise");
     if !rises.is_empty() {
+        let by_tolerance = |name: &str| ADAPTIVE.iter().any(|row| row.name == name);
+        let between = if rises.iter().any(|(name, _)| by_tolerance(name)) {
+            " Between two steps that follow from a tolerance, states have its accuracy alone."
+        } else {
+            ""
+        };
+        let rises: Vec<String> =
+            rises.iter().map(|(name, rise)| format!("{name} {rise:.0e}")).collect();
         statement = format!(
-            "H can only fall, since the dissipation only takes energy, but it rises with {}. \
-             {statement}",
+            "H can only fall, since the dissipation only takes energy, but it rises with \
+             {}.{between} {statement}",
             rises.join(", ")
         );
     }
