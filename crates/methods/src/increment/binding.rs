@@ -18,6 +18,9 @@ impl Binding for Increments {
         match (target.separable(), target.system.clone().phase_planes()) {
             (Ok(system), _) => target.fixed::<V, _, _>(self.in_sequence(), system),
             (_, Some(system)) => target.fixed::<V, _, _>(GeneralIncrement::new(self.0()), system),
+            _ if target.system.driven().is_some() => {
+                Err(target.refused("H is not separable and the system has a drive"))
+            }
             (Err(error), None) => Err(error),
         }
     }

@@ -119,7 +119,8 @@ fn short_steps(end: f64, h: f64) -> [Option<String>; 2] {
     };
     let below = all().filter(|step| *step < h).max_by(f64::total_cmp);
     let above = all().filter(|step| *step > h).min_by(f64::total_cmp);
-    [below, above].map(|step| step.map(|step| step.to_string()))
+    [below, above]
+        .map(|step| step.map(|step| format!("{step:?}").trim_end_matches(".0").to_owned()))
 }
 
 /// Other names of methods.
