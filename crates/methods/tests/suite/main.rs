@@ -55,6 +55,7 @@ mod overflow;
 mod planes;
 mod refused_states;
 mod relaxed;
+mod relaxed_short_steps;
 mod rest;
 mod rubbed;
 mod singularities;
