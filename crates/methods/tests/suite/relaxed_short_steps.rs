@@ -17,7 +17,7 @@ fn no_state_stands_out() {
     };
     let system: Arc<dyn Abilities<f64>> = Arc::new(Custom::new(&description).unwrap());
     for method in ["relaxed-rk4", "relaxed-dop853", "relaxed-verner98"] {
-        let run = bind(find(method).unwrap(), &system).unwrap();
+        let run = bind(find(method).unwrap(), system.clone()).unwrap();
         let mut state = State::new(vec![1.0], vec![5.0]).unwrap();
         let (mut w, mut drift) = (Vec::new(), 0.0_f64);
         let total = state.total(&*system);
