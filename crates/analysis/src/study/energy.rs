@@ -185,7 +185,7 @@ fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
-/// What a state of a run says without the reference.
+/// The values of a state of a run that need no reference.
 struct Own {
     method: Word,
     h: f64,
