@@ -228,15 +228,12 @@ fn a_limit_cycle_may_have_a_drive_and_a_time_in_v() {
     assert!((radius - (-c * PI).exp()).abs() < 1e-10, "{radius}");
 }
 
+/// Below the threshold of parametric resonance, b = c, the motion decays.
 #[test]
 fn a_system_at_rest_under_its_time_has_no_cycle() {
-    let scene = mathieu("", 50.0);
-    let study =
-        LimitCycle { problem: scene.problem, transient: 800.0, multiple: None, branch: None };
-    let rest = Problem { q: vec![1e-3], ..study.problem.clone() };
-    for problem in [study.problem.clone(), rest] {
-        let study = LimitCycle { problem, ..study.clone() };
-        let ending = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap().ending;
-        assert_eq!(ending.outcome, "at-rest", "{ending:?}");
-    }
+    let mut problem = mathieu("", 50.0).problem;
+    problem.model = problem.model.with("b", 0.05).unwrap();
+    let study = LimitCycle { problem, transient: 1200.0, multiple: None, branch: None };
+    let ending = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap().ending;
+    assert_eq!(ending.outcome, "at-rest", "{ending:?}");
 }

@@ -164,7 +164,7 @@ fn a_motion_without_a_limit_cycle_is_named() {
     let ueda = duffing([0.0, 1.0, 0.05, 7.5, 1.0], [2.5, 0.0]);
     let chaotic = outcome(ueda, "moddg", 100.0);
     assert_eq!(chaotic.outcome, "no-return");
-    assert!(chaotic.failure.unwrap().contains("within 64 periods of the drive"));
+    assert!(chaotic.failure.unwrap().contains("within 64 periods of the system in time"));
     let wild = outcome(duffing([0.0, 1.0, 0.05, 1e6, 1.0], [2.5, 0.0]), "rk4", 100.0);
     assert_eq!(wild.outcome, "not-finite");
 }
@@ -336,7 +336,7 @@ fn a_scene_that_is_not_valid_is_refused() {
         )
     };
     for (table, problem) in [
-        ("periods = 2", "the system has no drive"),
+        ("periods = 2", "the system does not depend on the time"),
         ("transient = 0.0", "positive"),
         ("parameter = { name = \"mu\", from = 1.0, to = 1.0 }", "another value than `from`"),
         ("parameter = { name = \"nu\", from = 1.0, to = 2.0 }", "nu"),
