@@ -3,13 +3,12 @@
 //! none of which is A-stable, grow or fail on one.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
-use crate::bind::{separable, uniform};
-use afterbay_core::{
-    Curvature, InputError, IntegrateError, Separable, State, StepFailure, Uniform,
-};
-use afterbay_methods::registry::{FIXED, Needs, Row, Run};
+use crate::bind::separable;
+use afterbay_core::{Curvature, InputError, IntegrateError, Separable, State, StepFailure};
+use afterbay_methods::registry::{self, FIXED, Needs, Row, Run};
 use afterbay_systems::FputChain;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// The error of K in roundings of its terms: a composition of 34 sweeps has those of each sweep.
 const ROUNDINGS: f64 = 64.0;
@@ -75,13 +74,8 @@ fn watch<S: Curvature<f64>>(
 }
 
 fn chain(seen: &mut BTreeMap<&'static str, Seen>, name: &str, beta: f64, steps: &[f64]) {
-    fn takes<S: Uniform + Curvature<f64> + Clone + 'static>(
-        system: &S,
-    ) -> impl Fn(&Row) -> Result<Run<f64>, InputError> + '_ {
-        move |row| uniform(row, system.clone())
-    }
     let system = FputChain::new(2000, beta, 0.1).unwrap();
-    watch(seen, name, &system, steps, takes(&system));
+    watch(seen, name, &system, steps, |row| registry::bind::<f64>(row, Arc::new(system)));
 }
 
 fn web(seen: &mut BTreeMap<&'static str, Seen>, name: &str, system: &Web, steps: &[f64]) {

@@ -1,21 +1,20 @@
 //! Methods with step size control: K and passivity at every step, the registry's flags, refusals
 //! and failures.
 
-use crate::bind::curved;
+use crate::bind::{Curved, curved, erased};
+use crate::catalog::{As, chain, duffing, modified_van_der_pol, pendulum, ring, van_der_pol};
 use afterbay_core::{
     Block, Curvature, DissipationForm, InputError, IntegrateError, Passive, State, StateRef,
     StepControl, StepFailure, System, Tolerance, integrate_controlled,
 };
 use afterbay_methods::AdaptiveVerner98;
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
-use afterbay_systems::{
-    DampedDoublePendulum, Duffing, FputChain, ModifiedVanDerPol, VanDerPol, VanDerPolRing,
-};
 use proptest::prelude::*;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// |ΔK| of a step in unit roundoffs of its terms: H, w, and the change of H due to a rounding of z.
-fn drift<S: System<f64>>(system: &S, before: StateRef<'_, f64>, after: StateRef<'_, f64>) -> f64 {
+fn drift(system: &dyn System<f64>, before: StateRef<'_, f64>, after: StateRef<'_, f64>) -> f64 {
     let mut scale = 0.0;
     for state in [before, after] {
         let n = state.q.len();
@@ -34,25 +33,22 @@ const ROUNDINGS: f64 = 20.0;
 
 /// Observes a run of a method: the largest change of K in a step, in roundings, and whether a
 /// reservoir of a passive system decreased.
-fn watch<S>(
+fn watch(
     row: &Row,
-    system: &S,
+    system: &Arc<Curved<f64>>,
     tolerance: &Tolerance,
     end: f64,
     start: &State<Vec<f64>>,
-) -> Result<(f64, bool), TestCaseError>
-where
-    S: Curvature<f64> + Clone + 'static,
-{
+) -> Result<(f64, bool), TestCaseError> {
     let (mut state, mut last) = (start.clone(), start.clone());
     let passive = system.dissipation_form().passive;
     let (mut worst, mut taken) = (0.0_f64, false);
-    let statistics = curved(row, system.clone()).unwrap().run(
+    let statistics = erased(row, system.clone()).unwrap().run(
         Setting::Tolerance(*tolerance, end),
         &mut state,
         1,
         &mut |_, state| {
-            worst = worst.max(drift(system, last.state_ref(), state));
+            worst = worst.max(drift(&**system, last.state_ref(), state));
             taken |= passive.violated(&last.w, state.w);
             last =
                 State { q: state.q.to_vec(), p: state.p.to_vec(), w: state.w.to_vec(), t: state.t };
@@ -72,19 +68,16 @@ where
 }
 
 /// Checks K and Δw ≥ 0 at every step of a run by each method.
-fn check_k_and_w<S>(
-    system: &S,
+fn check_k_and_w(
+    system: Arc<Curved<f64>>,
     tolerance: Tolerance,
     end: f64,
     q: Vec<f64>,
     p: Vec<f64>,
-) -> Result<(), TestCaseError>
-where
-    S: Curvature<f64> + Clone + 'static,
-{
+) -> Result<(), TestCaseError> {
     let start = State::new(q, p).unwrap();
     for row in ADAPTIVE {
-        let (drift, taken) = watch(row, system, &tolerance, end, &start)?;
+        let (drift, taken) = watch(row, &system, &tolerance, end, &start)?;
         prop_assert!(drift < ROUNDINGS, "{}: K by {} roundings", row.name, drift);
         prop_assert!(!(row.passive && taken), "{}: energy came back", row.name);
     }
@@ -107,15 +100,31 @@ proptest! {
         tolerance in tolerance(), c in -0.3..2.0, alpha in -3.0..3.0, beta in 0.1..3.0,
         z in [-2.0..2.0, -2.0..2.0],
     ) {
-        check_k_and_w(&Duffing::new(alpha, beta, c).unwrap(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
+        check_k_and_w(duffing(alpha, beta, c).curved(), tolerance, 10.0, vec![z[0]], vec![z[1]])?;
         // With μ < 0 solutions diverge.
-        let cycle = ModifiedVanDerPol::new(c.abs(), alpha, beta).unwrap();
-        check_k_and_w(&cycle, tolerance, 10.0, vec![z[0]], vec![z[1]])?;
+        let cycle = modified_van_der_pol(c.abs(), alpha, beta).curved();
+        check_k_and_w(cycle, tolerance, 10.0, vec![z[0]], vec![z[1]])?;
         // Starts near the equilibrium on top of the barrier, and at the equilibrium.
-        let wells = Duffing::new(-1.0, 1.0, c.abs()).unwrap();
-        check_k_and_w(&wells, tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
-        check_k_and_w(&Duffing::new(-1.0, 1.0, c.abs()).unwrap(), tolerance, 10.0, vec![0.0], vec![0.0])?;
+        let wells = duffing(-1.0, 1.0, c.abs()).curved();
+        check_k_and_w(wells.clone(), tolerance, 10.0, vec![1e-5 * z[0]], vec![0.0])?;
+        check_k_and_w(wells, tolerance, 10.0, vec![0.0], vec![0.0])?;
     }
+
+    #[test]
+    fn books_of_many_degrees(
+        tolerance in tolerance(), c in 0.0..1.0, z in prop::array::uniform20(-1.0..1.0),
+    ) {
+        let chain = chain(10, 0.5, c).curved();
+        check_k_and_w(chain, tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
+        let ring = ring(3, c, 0.5).curved();
+        check_k_and_w(ring, tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
+        let pendulum = pendulum([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).curved();
+        check_k_and_w(pendulum, tolerance, 5.0, z[..2].to_vec(), z[2..4].to_vec())?;
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     /// Slow waves: steps are much longer than the period of the fastest mode.
     #[test]
@@ -124,19 +133,7 @@ proptest! {
     ) {
         let phase = |i: usize| std::f64::consts::PI * i as f64 / (n + 1) as f64;
         let q = (1..=n).map(|i| a * phase(i).sin()).collect();
-        check_k_and_w(&FputChain::new(n, 1.0, c).unwrap(), tolerance, 100.0, q, vec![0.0; n])?;
-    }
-
-    #[test]
-    fn books_of_many_degrees(
-        tolerance in tolerance(), c in 0.0..1.0, z in prop::array::uniform20(-1.0..1.0),
-    ) {
-        let chain = FputChain::new(10, 0.5, c).unwrap();
-        check_k_and_w(&chain, tolerance, 5.0, z[..10].to_vec(), z[10..].to_vec())?;
-        let ring = VanDerPolRing::new(3, c, 0.5).unwrap();
-        check_k_and_w(&ring, tolerance, 5.0, z[..3].to_vec(), z[3..6].to_vec())?;
-        let pendulum = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).unwrap();
-        check_k_and_w(&pendulum, tolerance, 5.0, z[..2].to_vec(), z[2..4].to_vec())?;
+        check_k_and_w(chain(n, 1.0, c).curved(), tolerance, 100.0, q, vec![0.0; n])?;
     }
 }
 
@@ -178,7 +175,7 @@ fn what_is_not_passive_gives_energy_back() {
     for row in ADAPTIVE {
         let tolerance = Tolerance { relative: 1e-2, absolute: 1e-2, w: (10.0, 10.0) };
         let given = (-100..100).filter(|&i| {
-            let gate = Gate { at: 0.01 * f64::from(i) };
+            let gate: Arc<Curved<f64>> = Arc::new(Gate { at: 0.01 * f64::from(i) });
             watch(row, &gate, &tolerance, 20.0, &start).unwrap().1
         });
         let given = given.count();
@@ -189,10 +186,10 @@ fn what_is_not_passive_gives_energy_back() {
 /// μ = 1000, on the slow part of the cycle, where the solution only decays between two jumps.
 #[test]
 fn stiff_systems_hold_back_what_is_not_a_stable() {
-    let system = VanDerPol::new(1000.0).unwrap();
+    let system = van_der_pol(1000.0);
     for row in ADAPTIVE {
         let mut state = State::new([2.0], [0.0]).unwrap();
-        let within = curved(row, system).unwrap();
+        let within = system.bind(row, As::Curved).unwrap();
         let done = within.run(
             Setting::Tolerance(Tolerance::all(1e-4), 50.0),
             &mut state,
@@ -212,10 +209,10 @@ fn stiff_systems_hold_back_what_is_not_a_stable() {
 /// otherwise the steps would become arbitrarily short.
 #[test]
 fn tolerances_at_the_reach_of_the_scalar_are_met_as_well_as_can_be() {
-    let system = VanDerPol::new(1000.0).unwrap();
+    let system = van_der_pol(1000.0);
     for row in ADAPTIVE {
         let mut state = State::new([2.0], [0.0]).unwrap();
-        let within = curved(row, system).unwrap();
+        let within = system.bind(row, As::Curved).unwrap();
         let tolerance = Tolerance::all(1e-13);
         let mut steps = 0;
         let done =
@@ -233,10 +230,10 @@ fn tolerances_at_the_reach_of_the_scalar_are_met_as_well_as_can_be() {
 
 #[test]
 fn what_cannot_be_done_is_refused() {
-    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    let system = duffing(-1.0, 1.0, 0.1);
     let start = State::new([1.5], [0.5]).unwrap();
     for row in ADAPTIVE {
-        let within = curved(row, system).unwrap();
+        let within = system.bind(row, As::Curved).unwrap();
         let mut state = start.clone();
         let mut run = |tolerance: f64, end: f64| {
             within
@@ -331,9 +328,10 @@ fn failures_have_names_and_the_last_good_state() {
 
 /// The lengths of the steps of a run with these options, and its end.
 fn lengths(control: StepControl) -> (Vec<f64>, Result<(), IntegrateError>) {
-    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
-    let (mut state, mut lengths, mut last) = (State::new([1.5], [0.5]).unwrap(), Vec::new(), 0.0);
-    let mut look = |n: u64, state: &State<[f64; 1]>| {
+    let system = &*duffing(-1.0, 1.0, 0.1).curved();
+    let mut state = State::new(vec![1.5], vec![0.5]).unwrap();
+    let (mut lengths, mut last) = (Vec::new(), 0.0);
+    let mut look = |n: u64, state: &State<Vec<f64>>| {
         if n > 0 {
             lengths.push(state.t - last);
         }
@@ -341,15 +339,9 @@ fn lengths(control: StepControl) -> (Vec<f64>, Result<(), IntegrateError>) {
         ControlFlow::Continue(())
     };
     let tolerance = Tolerance::all(1e-8);
-    let done = integrate_controlled(
-        &AdaptiveVerner98,
-        &system,
-        &tolerance,
-        control,
-        20.0,
-        &mut state,
-        &mut look,
-    );
+    let method = AdaptiveVerner98;
+    let done =
+        integrate_controlled(&method, system, &tolerance, control, 20.0, &mut state, &mut look);
     (lengths, done.map(|_| ()))
 }
 

@@ -3,17 +3,14 @@
 //!
 //! `cargo test -p afterbay-methods --test suite adaptive_accuracy -- --nocapture` prints the table.
 
-use crate::bind::curved;
-use afterbay_core::taylor::trajectory;
-use afterbay_core::{
-    Adaptive, Curvature, Formulas, FromFormulas, Scalar, Series, State, Statistics, System,
-    Tolerance, integrate_within,
-};
-use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
-use afterbay_methods::{AdaptiveCollocation, AdaptiveRadau};
-use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
+use crate::bind::{Curved, erased};
+use crate::catalog::{As, chain, duffing, oscillator, pendulum, van_der_pol};
+use crate::many::{InSeries, exact_end, start};
+use afterbay_core::{Formulas, FromFormulas, Scalar, State, Statistics, Tolerance};
+use afterbay_methods::registry::{ADAPTIVE, Row, Setting, find};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// End states of the test set, by heyoka in 113 bits and by Taylor series in 106 bits
 /// (benches/peers/data/references.py and benches/peers/examples/references.rs).
@@ -27,22 +24,21 @@ fn reference(scene: &str) -> [Vec<f64>; 3] {
 }
 
 /// q, p and w at the end, by Taylor series.
-fn series<S: System<Series<f64, 24>>>(system: &S, [q, p]: [&[f64]; 2], end: f64) -> [Vec<f64>; 3] {
-    let start = State::new(q.to_vec(), p.to_vec()).unwrap();
-    let exact = trajectory::<_, _, 24>(system, &start, end, 1).unwrap().pop().unwrap();
+fn series(system: &InSeries<f64>, from: [&[f64]; 2], end: f64) -> [Vec<f64>; 3] {
+    let exact = exact_end(system, &start(from), end);
     [exact.q, exact.p, exact.w]
 }
 
-fn run<S: Curvature<f64> + Clone + 'static>(
+fn run(
     row: &Row,
-    system: &S,
+    system: &Arc<Curved<f64>>,
     [q, p]: [&[f64]; 2],
     end: f64,
     tolerance: f64,
 ) -> ([Vec<f64>; 3], Statistics) {
     let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
     let tolerance = Tolerance::all(tolerance);
-    let within = curved(row, system.clone()).unwrap();
+    let within = erased(row, system.clone()).unwrap();
     let done = within
         .run(Setting::Tolerance(tolerance, end), &mut state, 1, &mut |_, _| {
             ControlFlow::Continue(())
@@ -65,20 +61,20 @@ fn shares(found: &[Vec<f64>; 3], exact: &[Vec<f64>; 3], tolerance: f64) -> [f64;
 
 /// One line of the table for each method, at tolerances from 1e-3 to 1e-12: the largest error
 /// relative to the allowed one. None exceeds ten.
-fn lines<S: Curvature<f64> + Clone + 'static>(
+fn lines(
     name: &str,
-    system: &S,
+    system: Arc<Curved<f64>>,
     start: [&[f64]; 2],
     end: f64,
     exact: &[Vec<f64>; 3],
 ) -> Vec<Vec<f64>> {
     println!("{name}");
-    ADAPTIVE.iter().map(|row| line(row, system, start, end, exact)).collect()
+    ADAPTIVE.iter().map(|row| line(row, &system, start, end, exact)).collect()
 }
 
-fn line<S: Curvature<f64> + Clone + 'static>(
+fn line(
     row: &Row,
-    system: &S,
+    system: &Arc<Curved<f64>>,
     start: [&[f64]; 2],
     end: f64,
     exact: &[Vec<f64>; 3],
@@ -106,40 +102,34 @@ fn head() {
 #[test]
 fn errors_are_within_ten_times_the_tolerance() {
     head();
-    let a = DampedOscillator::new(1.0, 0.1).unwrap();
-    lines("A oscillator", &a, [&[2.3], &[-3.1]], 100.0, &reference("A"));
-    let b = Duffing::new(-1.0, 1.0, 0.1).unwrap();
-    lines("B Duffing", &b, [&[1.5], &[0.5]], 50.0, &reference("B"));
-    let c1 = VanDerPol::new(1.0).unwrap();
-    lines("C1 Van der Pol", &c1, [&[2.0], &[0.0]], 50.0, &reference("C1"));
+    let a = oscillator(1.0, 0.1).curved();
+    lines("A oscillator", a, [&[2.3], &[-3.1]], 100.0, &reference("A"));
+    let b = duffing(-1.0, 1.0, 0.1).curved();
+    lines("B Duffing", b, [&[1.5], &[0.5]], 50.0, &reference("B"));
+    let c1 = van_der_pol(1.0).curved();
+    lines("C1 Van der Pol", c1, [&[2.0], &[0.0]], 50.0, &reference("C1"));
     let sine =
         |n: usize| (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect::<Vec<_>>();
-    let d64 = FputChain::new(64, 1.0, 0.01).unwrap();
-    lines("D64 chain", &d64, [&sine(64), &[0.0; 64]], 100.0, &reference("D64"));
-    let e = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 1.0, [0.1; 2]).unwrap();
-    lines("E double pendulum", &e, [&[1.5, -0.5], &[0.0; 2]], 5.0, &reference("E"));
+    let d64 = chain(64, 1.0, 0.01).curved();
+    lines("D64 chain", d64, [&sine(64), &[0.0; 64]], 100.0, &reference("D64"));
+    let e = pendulum([1.0; 2], [1.0; 2], 1.0, [0.1; 2]).curved();
+    lines("E double pendulum", e, [&[1.5, -0.5], &[0.0; 2]], 5.0, &reference("E"));
     // Beyond the test set: a pendulum whose solutions diverge from each other, and a chain whose
     // steps are limited by the error.
-    let fast = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
+    let fast = pendulum([1.0; 2], [1.0; 2], 9.81, [0.1; 2]);
     let start: [&[f64]; 2] = [&[1.0, 1.5], &[0.0; 2]];
-    lines(
-        "double pendulum, fast",
-        &fast,
-        start,
-        5.0,
-        &series(&fast.map(Series::constant), start, 5.0),
-    );
-    let d8 = FputChain::new(8, 1.0, 0.01).unwrap();
+    lines("double pendulum, fast", fast.curved(), start, 5.0, &series(&*fast.series(), start, 5.0));
+    let d8 = chain(8, 1.0, 0.01);
     let q = sine(8);
     let start: [&[f64]; 2] = [&q, &[0.0; 8]];
-    lines("chain of 8", &d8, start, 50.0, &series(&d8.map(Series::constant), start, 50.0));
+    lines("chain of 8", d8.curved(), start, 50.0, &series(&*d8.series(), start, 50.0));
 }
 
 /// The forces of a long chain cancel, and at the tightest tolerance the error allowed of p is below
 /// the roundings of their terms. Steps do not shrink to it.
 #[test]
 fn steps_do_not_shrink_to_the_rounding_of_forces_that_cancel() {
-    let chain = FputChain::new(64, 1.0, 0.01).unwrap();
+    let chain: Arc<Curved<f64>> = chain(64, 1.0, 0.01).curved();
     let q: Vec<f64> = (1..=64).map(|i| (PI * f64::from(i) / 65.0).sin()).collect();
     for row in ADAPTIVE {
         let (_, done) = run(row, &chain, [&q, &[0.0; 64]], 100.0, 1e-14);
@@ -179,10 +169,10 @@ impl Formulas for InFluid {
 fn errors_are_within_ten_times_the_tolerance_across_kinks() {
     head();
     for c in [0.1, 2.0] {
-        let system = FromFormulas(InFluid { c });
+        let system = Arc::new(FromFormulas(InFluid { c }));
         let start: [&[f64]; 2] = [&[2.5, -0.5], &[0.0, 1.0]];
-        let exact = series(&system, start, 20.0);
-        lines(&format!("two pendulums in a fluid, c = {c}"), &system, start, 20.0, &exact);
+        let exact = series(&*system, start, 20.0);
+        lines(&format!("two pendulums in a fluid, c = {c}"), system, start, 20.0, &exact);
     }
 }
 
@@ -191,11 +181,11 @@ fn errors_are_within_ten_times_the_tolerance_across_kinks() {
 #[test]
 fn the_tolerance_is_spent_where_errors_stay() {
     head();
-    let oscillator = DampedOscillator::new(1.0, 0.0).unwrap();
+    let oscillator = oscillator(1.0, 0.0).curved();
     let (start, end): ([&[f64]; 2], f64) = ([&[2.3], &[-3.1]], 100.0);
     let (sin, cos) = end.sin_cos();
     let exact = [vec![2.3 * cos - 3.1 * sin], vec![-3.1 * cos - 2.3 * sin], vec![0.0]];
-    let all = lines("oscillator, no friction", &oscillator, start, end, &exact);
+    let all = lines("oscillator, no friction", oscillator, start, end, &exact);
     // The estimate of DOP853 is too large by one order of h, so tighter tolerances leave more of
     // the allowed error unused. The estimates of Verner's pairs are errors of the lower order.
     for (row, errors) in ADAPTIVE.iter().zip(&all) {
@@ -221,28 +211,23 @@ const ROUNDINGS: f64 = 8.0;
 /// which leaves 1e-13. H is near 1e6 in a jump, and w is accurate to a rounding of that.
 #[test]
 fn stiff_runs_end_where_another_library_does() {
-    stiff_run(&AdaptiveCollocation);
-    stiff_run(&AdaptiveRadau);
+    stiff_run("adaptive-collocation");
+    stiff_run("adaptive-radau");
 }
 
-fn stiff_run<M: Adaptive<[f64; 1], VanDerPol<f64>>>(method: &M) {
-    let system = VanDerPol::new(1000.0).unwrap();
+fn stiff_run(name: &str) {
+    let system = van_der_pol(1000.0);
+    let within = system.bind(find(name).unwrap(), As::Curved).unwrap();
     let exact = reference("C2");
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
         let mut state = State::new([2.0], [0.0]).unwrap();
         let mut largest = 0.0_f64;
-        let done = integrate_within(
-            method,
-            &system,
-            &Tolerance::all(tolerance),
-            2000.0,
-            &mut state,
-            &mut |_: u64, state: &State<[f64; 1]>| {
-                largest = largest.max(state.energy(&system));
-                ControlFlow::Continue(())
-            },
-        )
-        .unwrap();
+        let setting = Setting::Tolerance(Tolerance::all(tolerance), 2000.0);
+        let done = within.run(setting, &mut state, 1, &mut |_, state| {
+            largest = largest.max(state.energy(&*system));
+            ControlFlow::Continue(())
+        });
+        let done = done.unwrap();
         let found = [state.q, state.p, state.w].map(|part| part.to_vec());
         let [q, p, w] = [0, 1, 2].map(|part| far(&found[part], &exact[part]));
         println!("{tolerance:e}: off by {q:.1e} {p:.1e} {w:.1e}, {done:?}, H up to {largest:.1e}");

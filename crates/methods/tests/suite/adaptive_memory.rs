@@ -1,11 +1,11 @@
 //! Methods with step size control allocate their memory once.
 
 use crate::bind::Curved;
+use crate::catalog::{chain, duffing, pendulum, van_der_pol};
 use afterbay_core::{Adaptive, State, Tolerance};
 use afterbay_methods::{
     AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
 };
-use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain, VanDerPol};
 
 /// Steps by sweeps or stages do not allocate, whether accepted or rejected.
 #[test]
@@ -37,28 +37,28 @@ fn steps_allocate_nothing() {
         check(&AdaptiveVerner87, system);
         check(&AdaptiveRadau, system);
     }
-    all(&Duffing::new(-1.0, 1.0, 0.1).unwrap());
-    all(&FputChain::new(20, 0.5, 0.1).unwrap());
-    all(&DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap());
+    all(&*duffing(-1.0, 1.0, 0.1).curved());
+    all(&*chain(20, 0.5, 0.1).curved());
+    all(&*pendulum([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).curved());
 }
 
 /// Newton's method allocates memory when it is first needed, and never again.
 #[test]
 fn only_the_first_step_of_newton_s_method_allocates() {
-    let system = VanDerPol::new(1000.0).unwrap();
-    let mut state = State::new([2.0], [0.0]).unwrap();
+    let system: &Curved<f64> = &*van_der_pol(1000.0).curved();
+    let mut state = State::new(vec![2.0], vec![0.0]).unwrap();
     let method = AdaptiveCollocation;
-    let mut workspace = method.workspace(&system, &Tolerance::all(1e-6), 2000.0).unwrap();
+    let mut workspace = method.workspace(system, &Tolerance::all(1e-6), 2000.0).unwrap();
     let (mut h, mut allocating) = (1e-5, Vec::new());
     for step in 0..200 {
         let mut error = 0.0;
         let allocated = allocation_counter::measure(|| {
-            match method.attempt(&system, h, &state, &mut workspace) {
+            match method.attempt(system, h, &state, &mut workspace) {
                 Ok(attempt) => error = attempt.error,
                 Err(_) => error = f64::INFINITY,
             }
             if error < 1.0 {
-                Adaptive::<_, VanDerPol<f64>>::accept(&method, &mut state, &mut workspace);
+                Adaptive::<_, Curved<f64>>::accept(&method, &mut state, &mut workspace);
             }
         });
         if allocated.count_total > 0 {

@@ -1,16 +1,13 @@
 //! Samples between the steps of methods with step size control.
 
-use crate::slope;
+use crate::bind::Curved;
+use crate::catalog::{As, Built, chain, duffing, pendulum};
+use crate::many::{errors, exact_end, start};
+use crate::slope::slope;
 use afterbay_core::taylor::trajectory;
-use afterbay_core::{
-    Adaptive, Curvature, Quad, Scalar, Series, State, System, Tolerance, integrate_within,
-    sample_within,
-};
-use afterbay_methods::{
-    AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
-};
-use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain};
-use slope::slope;
+use afterbay_core::{Adaptive, Quad, Scalar, State, Tolerance};
+use afterbay_methods::registry::{ADAPTIVE, Setting};
+use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98};
 use std::ops::ControlFlow;
 
 fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
@@ -20,51 +17,31 @@ fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
 /// Samples are as accurate as steps, conserve K, and do not change the run.
 #[test]
 fn samples_are_steps() {
-    sampled_as_stepped(&AdaptiveCollocation);
-    sampled_as_stepped(&AdaptiveDop853);
-    sampled_as_stepped(&AdaptiveVerner98);
-    sampled_as_stepped(&AdaptiveVerner87);
-    sampled_as_stepped(&AdaptiveRadau);
-}
-
-fn sampled_as_stepped<M: Adaptive<[f64; 1], Duffing<f64>>>(method: &M) {
-    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
-    let start = State::new([1.5], [0.5]).unwrap();
-    let exact = trajectory::<_, _, 24>(&system.map(Series::constant), &start, 0.07, 300).unwrap();
+    let system = duffing(-1.0, 1.0, 0.1);
+    let start = State::new(vec![1.5], vec![0.5]).unwrap();
+    let k = start.total(&*system);
+    let exact = trajectory(&*system.series::<f64>(), &start, 0.07, 300).unwrap();
     let times: Vec<f64> = exact.iter().map(|state| state.t).collect();
-    for tolerance in [1e-4, 1e-8, 1e-12] {
-        let (mut state, mut seen) = (start.clone(), 0);
-        let k = start.total(&system);
-        sample_within(
-            method,
-            &system,
-            &Tolerance::all(tolerance),
-            &times,
-            &mut state,
-            &mut |n: u64, at: &State<[f64; 1]>| {
+    for row in ADAPTIVE {
+        let within = system.bind(row, As::Curved).unwrap();
+        for tolerance in [1e-4, 1e-8, 1e-12] {
+            let (mut state, mut seen, all) = (start.clone(), 0, Tolerance::all(tolerance));
+            let label = format!("{} {tolerance:e}", row.name);
+            let done = within.sample(&all, &times, &mut state, &mut |n, at| {
                 assert_eq!((n, at.t), (seen, times[seen as usize]));
                 let exact = &exact[seen as usize];
-                let error =
-                    far(&at.q, &exact.q).max(far(&at.p, &exact.p)).max(far(&at.w, &exact.w));
-                assert!(error < 10.0 * tolerance, "{tolerance:e} {}: {error:e}", at.t);
-                assert!((at.total(&system) - k).abs() < 1e-14, "{tolerance:e} {}: K", at.t);
+                let parts = [(at.q, &exact.q), (at.p, &exact.p), (at.w, &exact.w)];
+                let error = parts.map(|(found, exact)| far(found, exact));
+                assert!(error.iter().all(|&error| error < 10.0 * tolerance), "{label} {}", at.t);
+                assert!((at.total(&*system) - k).abs() < 1e-14, "{label} {}: K", at.t);
                 seen += 1;
                 ControlFlow::Continue(())
-            },
-        )
-        .unwrap();
-        assert_eq!(seen, times.len() as u64);
-        let mut alone = start.clone();
-        integrate_within(
-            method,
-            &system,
-            &Tolerance::all(tolerance),
-            times[300],
-            &mut alone,
-            &mut (),
-        )
-        .unwrap();
-        assert_eq!(state, alone);
+            });
+            assert!(done.is_ok() && seen == times.len() as u64, "{label}: {done:?}");
+            let (mut alone, setting) = (start.clone(), Setting::Tolerance(all, times[300]));
+            within.run(setting, &mut alone, 1, &mut |_, _| ControlFlow::Continue(())).unwrap();
+            assert_eq!(state, alone);
+        }
     }
 }
 
@@ -89,10 +66,10 @@ struct Steps {
 }
 
 /// The squared errors of q, p and w at a sample in the middle of the last of these steps.
-fn sampled<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
+fn sampled<M: Adaptive<Vec<Quad>, Curved<Quad>>>(
     method: &M,
-    system: &S,
-    [start, exact]: &[State<[Quad; 2]>; 2],
+    system: &Curved<Quad>,
+    [start, exact]: &[State<Vec<Quad>>; 2],
     steps: Steps,
 ) -> [f64; 3] {
     let h = exact.t / Quad::from_f64(steps.count as f64 - 0.5);
@@ -112,7 +89,7 @@ fn sampled<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
     method.between(system, h.half(), &before, &mut workspace, &mut to).unwrap();
     let moved = (to.total(system) - before.total(system)).abs().to_f64();
     assert!(moved < 1e-29, "K by {moved:e}");
-    [far(&to.q, &exact.q), far(&to.p, &exact.p), far(&to.w, &exact.w)].map(|error| error * error)
+    errors(&to, exact).map(|error| error * error)
 }
 
 /// Several states, since the leading error term may vanish at one of them.
@@ -120,20 +97,18 @@ const STARTS: [[[f64; 2]; 2]; 3] =
     [[[0.6, -0.4], [0.3, 0.5]], [[0.5, -0.3], [0.2, 0.7]], [[1.0, 0.5], [0.2, -0.7]]];
 
 /// The slopes of the errors of samples at t = 1 equal the order of the steps.
-fn orders<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
+fn orders<M: Adaptive<Vec<Quad>, Curved<Quad>>>(
     name: &str,
     method: &M,
-    system: &S,
-    series: &impl System<Series<Quad, 24>>,
+    system: &Built,
     counts: &[u64],
     steps: Steps,
 ) {
+    let (series, system) = (system.series(), &*system.curved());
     let ends: Vec<_> = STARTS
-        .map(|start| {
-            let [q, p] = start.map(|x| x.map(Quad::from_f64));
-            let start = State::new(q, p).unwrap();
-            let exact =
-                trajectory::<_, _, 24>(series, &start, Quad::ONE, 1).unwrap().pop().unwrap();
+        .map(|[q, p]| {
+            let start = start([&q, &p]);
+            let exact = exact_end(&*series, &start, 1.0);
             [start, exact]
         })
         .to_vec();
@@ -159,35 +134,27 @@ fn orders<S: Curvature<Quad>, M: Adaptive<[Quad; 2], S>>(
 
 #[test]
 fn samples_have_the_order_of_steps_in_q_p_and_w() {
-    let quad = Quad::from_f64;
-    let chain = FputChain::new(2, 1.0, 0.25).unwrap().map(quad);
-    let pendulum =
-        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 1.0, [0.125, 0.25]).unwrap().map(quad);
-    let (one, two) = (chain.map(Series::constant), pendulum.map(Series::constant));
+    let chain = &chain(2, 1.0, 0.25);
+    let pendulum = &pendulum([1.0, 0.75], [1.0, 0.5], 1.0, [0.125, 0.25]);
     let solved =
         Steps { count: 0, order: 8, grows: 8, tolerance: 0.0, span: 0.0, largest: f64::INFINITY };
     let eight = Steps { tolerance: 1e-3, span: 0.3, ..solved };
     let sixteen = Steps { order: 16, grows: 16, tolerance: 1e-5, span: 10.0, ..solved };
-    orders("chain", &AdaptiveCollocation, &chain, &one, &[12, 16, 20, 26, 32, 40, 50], eight);
-    orders(
-        "pendulum",
-        &AdaptiveCollocation,
-        &pendulum,
-        &two,
-        &[40, 50, 64, 80, 100, 125],
-        Steps { span: 6e-3, ..eight },
-    );
+    orders("chain", &AdaptiveCollocation, chain, &[12, 16, 20, 26, 32, 40, 50], eight);
+    let counts = [40, 50, 64, 80, 100, 125];
+    let longer = Steps { span: 6e-3, ..eight };
+    orders("pendulum", &AdaptiveCollocation, pendulum, &counts, longer);
     // Shorter steps have errors below the rounding of 31 digits.
-    orders("chain", &AdaptiveCollocation, &chain, &one, &[17, 18, 19, 20, 21, 22, 23], sixteen);
+    orders("chain", &AdaptiveCollocation, chain, &[17, 18, 19, 20, 21, 22, 23], sixteen);
     let explicit = Steps { span: 1e-15, largest: 1.0, ..eight };
     let counts = [12, 16, 20, 26, 32, 40, 50];
     let (many, most) = ([80, 100, 125, 160, 200, 250], [160, 200, 250, 320, 400, 500]);
-    orders("chain", &AdaptiveDop853, &chain, &one, &counts, explicit);
-    orders("pendulum", &AdaptiveDop853, &pendulum, &two, &most, explicit);
+    orders("chain", &AdaptiveDop853, chain, &counts, explicit);
+    orders("pendulum", &AdaptiveDop853, pendulum, &most, explicit);
     // The leading error terms of Verner's pairs are small. On the pendulum that of order 8 is
     // hidden by the next down to 1000 steps (slopes 8.7 to 9.1), on the chain that of order 9 by
     // others until errors are rounding.
-    orders("chain", &AdaptiveVerner87, &chain, &one, &many, explicit);
+    orders("chain", &AdaptiveVerner87, chain, &many, explicit);
     let nine = Steps { order: 9, grows: 9, span: 1e-18, ..explicit };
-    orders("pendulum", &AdaptiveVerner98, &pendulum, &two, &most, nine);
+    orders("pendulum", &AdaptiveVerner98, pendulum, &most, nine);
 }

@@ -1,33 +1,34 @@
 //! `adaptive-radau` on stiff systems: q, p and w at the end are right at loose tolerances too.
 
-use crate::bind::curved;
-use afterbay_core::{Curvature, Passive, State, Statistics, System, Tolerance};
+use crate::bind::{Curved, erased};
+use crate::catalog::{chain, oscillator, pendulum, van_der_pol};
+use afterbay_core::{Passive, State, Statistics, Tolerance};
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting};
-use afterbay_systems::{DampedDoublePendulum, DampedOscillator, FputChain, VanDerPol};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 fn radau() -> &'static Row {
     ADAPTIVE.iter().find(|row| row.name == "adaptive-radau").unwrap()
 }
 
 /// The end of a run, with K kept and no reservoir of a passive system drained in any step.
-fn run<S: Curvature<f64> + Clone + 'static>(
-    system: &S,
+fn run(
+    system: &Arc<Curved<f64>>,
     start: &State<Vec<f64>>,
     end: f64,
     tolerance: f64,
 ) -> (State<Vec<f64>>, Statistics) {
     let (mut state, mut w) = (start.clone(), start.w.clone());
     let passive = system.dissipation_form().passive;
-    let (k, mut largest) = (start.total(system), 0.0_f64);
-    let done = curved(radau(), system.clone())
+    let (k, mut largest) = (start.total(&**system), 0.0_f64);
+    let done = erased(radau(), system.clone())
         .unwrap()
         .run(Setting::Tolerance(Tolerance::all(tolerance), end), &mut state, 1, &mut |_, state| {
             assert!(!passive.violated(&w, state.w), "{tolerance:e}: w falls at {}", state.t);
             w = state.w.to_vec();
-            largest = largest.max(state.energy(system).abs() + state.reservoir().abs());
+            largest = largest.max(state.energy(&**system).abs() + state.reservoir().abs());
             assert!(
-                (state.total(system) - k).abs() <= 1e-13 * largest.max(1.0),
+                (state.total(&**system) - k).abs() <= 1e-13 * largest.max(1.0),
                 "{tolerance:e}: K at {}",
                 state.t
             );
@@ -52,7 +53,7 @@ fn overdamped(b: f64, t: f64) -> [f64; 3] {
 #[test]
 fn overdamped_oscillators_are_right_in_q_p_and_w() {
     for (b, end) in [(200.0, 10.0), (200.0, 0.1), (5000.0, 10.0), (5000.0, 1000.0)] {
-        let system = DampedOscillator::new(1.0, b).unwrap();
+        let system = oscillator(1.0, b).curved();
         let start = State::new(vec![1.0], vec![1.0]).unwrap();
         let exact = overdamped(b, end);
         for digits in 2..=10 {
@@ -71,7 +72,7 @@ fn overdamped_oscillators_are_right_in_q_p_and_w() {
 /// Two coordinates that relax, in a system that is not separable and strongly damped.
 #[test]
 fn a_strongly_damped_double_pendulum_is_right_in_q_p_and_w() {
-    let system = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [1e3, 1e4]).unwrap();
+    let system = pendulum([1.0; 2], [1.0; 2], 9.81, [1e3, 1e4]).curved();
     let start = State::new(vec![1.5, -0.5], vec![2.0, -1.0]).unwrap();
     agrees(&system, &start, 50.0, 400);
 }
@@ -81,18 +82,13 @@ fn a_strongly_damped_double_pendulum_is_right_in_q_p_and_w() {
 fn a_chain_with_strong_friction_is_right_in_q_p_and_w() {
     let n = 200;
     let q = (1..=n).map(|i| (std::f64::consts::PI * f64::from(i) / 201.0).sin()).collect();
-    let system = FputChain::new(200, 1.0, 1e4).unwrap();
+    let system = chain(200, 1.0, 1e4).curved();
     assert_eq!(system.dissipation_form().passive, Passive::Each);
     agrees(&system, &State::new(q, vec![1.0; 200]).unwrap(), 100.0, 100);
 }
 
 /// The runs at loose tolerances agree with those at 1e-12, in few steps.
-fn agrees<S: Curvature<f64> + Clone + 'static>(
-    system: &S,
-    start: &State<Vec<f64>>,
-    end: f64,
-    most: u64,
-) {
+fn agrees(system: &Arc<Curved<f64>>, start: &State<Vec<f64>>, end: f64, most: u64) {
     let (exact, _) = run(system, start, end, 1e-12);
     for tolerance in [1e-2, 1e-4, 1e-6, 1e-8] {
         let (state, done) = run(system, start, end, tolerance);
@@ -110,7 +106,7 @@ fn agrees<S: Curvature<f64> + Clone + 'static>(
 #[test]
 fn relaxation_oscillations_are_right_in_q_p_and_w() {
     for mu in [1e3, 1e4, 1e5] {
-        let system = VanDerPol::new(mu).unwrap();
+        let system = van_der_pol(mu).curved();
         let start = State::new(vec![2.0], vec![0.0]).unwrap();
         let (exact, _) = run(&system, &start, 2.5 * mu, 1e-12);
         for tolerance in [1e-4, 1e-6, 1e-8] {

@@ -1,39 +1,84 @@
 //! Systems bound to the rows of the registry, each with the abilities that a test requires.
 
 use afterbay_core::{
-    Abilities, Coupling, Curvature, DissipationForm, InputError, Linear, Members, Misprinted,
-    OrderRaising, PhasePlane, Scalar, SecondDerivatives, Separable, System, Uniform,
+    Abilities, Coupling, Curvature, DissipationForm, Grid, InputError, Linear, Members, Misprinted,
+    OrderRaising, PhasePlane, Scalar, SecondDerivatives, Separable, State, System,
 };
 use afterbay_methods::registry::{self, Number, Row, Run};
-use std::marker::PhantomData;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// A system with its type erased, so that a method is compiled once for all systems of a test.
 pub(crate) type Curved<T> = dyn SecondDerivatives<T>;
 
+/// The same for a system with separable H.
+pub(crate) type AnySeparable<T> = dyn Separable<T>;
+
+/// The same for a chain or a ring of equal members.
+pub(crate) type AnyMembers = dyn Members;
+
 /// A system that offers some of its abilities.
-struct Able<S, A>(Arc<S>, PhantomData<fn() -> A>);
-
-struct General;
-struct Plain;
-struct Raising;
-struct Closed;
-struct Equal;
-
-fn bound<T: Number, S, A>(row: &Row, system: S) -> Result<Run<T>, InputError>
-where
-    Able<S, A>: Abilities<T>,
-{
-    registry::bind(row, Arc::new(Able(Arc::new(system), PhantomData)) as Arc<dyn Abilities<T>>)
+pub(crate) struct Able<T: Scalar> {
+    system: Arc<dyn System<T>>,
+    curvature: Option<Arc<Curved<T>>>,
+    pub(crate) separable: Option<Arc<dyn Separable<T>>>,
+    pub(crate) planes: Option<Arc<dyn PhasePlane<T>>>,
+    pub(crate) linear: Option<Arc<dyn Linear<T>>>,
+    pub(crate) raising: Option<Arc<dyn OrderRaising<T>>>,
+    pub(crate) misprinted: Option<Arc<dyn Misprinted<T>>>,
+    pub(crate) members: Option<Arc<dyn Members>>,
 }
 
-/// Binds a system with any H, phase planes and second derivatives.
-pub(crate) fn general<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
+impl<T: Number> Able<T> {
+    pub(crate) fn new(system: Arc<Curved<T>>) -> Self {
+        Self { curvature: Some(system.clone()), ..Self::plain(system) }
+    }
+
+    /// Without any ability.
+    fn plain(system: Arc<dyn System<T>>) -> Self {
+        let (curvature, separable, planes, linear) = (None, None, None, None);
+        let (raising, misprinted, members) = (None, None, None);
+        Self { system, curvature, separable, planes, linear, raising, misprinted, members }
+    }
+
+    pub(crate) fn bind(self, row: &Row) -> Result<Run<T>, InputError> {
+        registry::bind(row, Arc::new(self) as Arc<dyn Abilities<T>>)
+    }
+}
+
+/// The state after a run.
+pub(crate) fn after<T: Number>(
+    run: &Run<T>,
+    grid: Grid<T>,
+    start: &State<Vec<T>>,
+) -> State<Vec<T>> {
+    let mut state = start.clone();
+    run.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(())).unwrap();
+    state
+}
+
+/// Binds a system with any H and second derivatives.
+pub(crate) fn curved<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
 where
     T: Number,
-    S: Curvature<T> + PhasePlane<T> + 'static,
+    S: Curvature<T> + 'static,
 {
-    bound::<T, S, General>(row, system)
+    erased(row, Arc::new(system))
+}
+
+/// The same for a system whose type is erased already.
+pub(crate) fn erased<T: Number>(row: &Row, system: Arc<Curved<T>>) -> Result<Run<T>, InputError> {
+    Able::new(system).bind(row)
+}
+
+/// Binds a system with separable H and without second derivatives.
+pub(crate) fn by_force<T, S>(row: &Row, system: S) -> Result<Run<T>, InputError>
+where
+    T: Number,
+    S: Separable<T> + 'static,
+{
+    let system = Arc::new(system);
+    Able { separable: Some(system.clone()), ..Able::plain(system) }.bind(row)
 }
 
 /// Binds a system with separable H.
@@ -42,7 +87,8 @@ where
     T: Number,
     S: Separable<T> + Curvature<T> + 'static,
 {
-    bound::<T, S, Plain>(row, system)
+    let system = Arc::new(system);
+    Able { separable: Some(system.clone()), ..Able::new(system) }.bind(row)
 }
 
 /// Binds a system with separable H and known δ.
@@ -51,7 +97,10 @@ where
     T: Number,
     S: OrderRaising<T> + Curvature<T> + 'static,
 {
-    bound::<T, S, Raising>(row, system)
+    let system = Arc::new(system);
+    let separable: Arc<dyn Separable<T>> = system.clone();
+    Able { separable: Some(separable), raising: Some(system.clone()), ..Able::new(system) }
+        .bind(row)
 }
 
 /// Binds a linear system with printed δ: the closed forms.
@@ -60,129 +109,74 @@ where
     T: Number,
     S: Misprinted<T> + Curvature<T> + 'static,
 {
-    bound::<T, S, Closed>(row, system)
+    let system = Arc::new(system);
+    let misprinted: Arc<dyn Misprinted<T>> = system.clone();
+    Able {
+        separable: Some(misprinted.clone()),
+        linear: Some(misprinted.clone()),
+        raising: Some(misprinted.clone()),
+        misprinted: Some(misprinted),
+        ..Able::new(system)
+    }
+    .bind(row)
 }
 
-/// Binds a system of equal members, eight at a time.
-pub(crate) fn uniform<S>(row: &Row, system: S) -> Result<Run<f64>, InputError>
-where
-    S: Uniform + Curvature<f64> + 'static,
-    S::Lanes: 'static,
-{
-    bound::<f64, S, Equal>(row, system)
-}
-
-impl<T: Scalar, S: System<T>, A> System<T> for Able<S, A> {
+impl<T: Scalar> System<T> for Able<T> {
     fn dof(&self) -> usize {
-        self.0.dof()
+        self.system.dof()
     }
     fn energy(&self, q: &[T], p: &[T]) -> T {
-        self.0.energy(q, p)
+        self.system.energy(q, p)
     }
     fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
-        self.0.gradient(q, p, hq, hp);
+        self.system.gradient(q, p, hq, hp);
     }
     fn dissipation(&self, q: &[T], p: &[T], v: &[T], d: &mut [T]) {
-        self.0.dissipation(q, p, v, d);
+        self.system.dissipation(q, p, v, d);
     }
     fn dissipation_form(&self) -> DissipationForm {
-        System::<T>::dissipation_form(&*self.0)
+        self.system.dissipation_form()
     }
     fn unit_mass(&self) -> bool {
-        System::<T>::unit_mass(&*self.0)
+        self.system.unit_mass()
     }
     fn coupling(&self) -> Coupling {
-        System::<T>::coupling(&*self.0)
+        self.system.coupling()
     }
     fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
-        self.0.kinks(q, p, put);
+        self.system.kinks(q, p, put);
     }
     fn may_be_singular(&self) -> bool {
-        System::<T>::may_be_singular(&*self.0)
+        self.system.may_be_singular()
     }
     fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
-        self.0.is_singular_between(from, to)
+        self.system.is_singular_between(from, to)
     }
 }
 
-impl<T: Scalar, S: Curvature<T> + PhasePlane<T> + 'static> Abilities<T> for Able<S, General> {
+impl<T: Scalar> Abilities<T> for Able<T> {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
+        self.separable.clone()
+    }
     fn phase_planes(self: Arc<Self>) -> Option<Arc<dyn PhasePlane<T>>> {
-        Some(self.0.clone())
+        self.planes.clone()
     }
-    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
-        Some(self.0.clone())
-    }
-}
-
-impl<T: Scalar, S: Separable<T> + Curvature<T> + 'static> Abilities<T> for Able<S, Plain> {
-    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
-        Some(self.0.clone())
-    }
-    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
-        Some(self.0.clone())
-    }
-}
-
-impl<T: Scalar, S: OrderRaising<T> + Curvature<T> + 'static> Abilities<T> for Able<S, Raising> {
-    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
-        Some(self.0.clone())
-    }
-    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
-        Some(self.0.clone())
-    }
-    fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
-        Some(self.0.clone())
-    }
-}
-
-impl<T: Scalar, S: Misprinted<T> + Curvature<T> + 'static> Abilities<T> for Able<S, Closed> {
-    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
-        Some(self.0.clone())
-    }
-    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
-        Some(self.0.clone())
+    fn second_derivatives(self: Arc<Self>) -> Option<Arc<Curved<T>>> {
+        self.curvature.clone()
     }
     fn linear(self: Arc<Self>) -> Option<Arc<dyn Linear<T>>> {
-        Some(self.0.clone())
+        self.linear.clone()
     }
     fn order_raising(self: Arc<Self>) -> Option<Arc<dyn OrderRaising<T>>> {
-        Some(self.0.clone())
+        self.raising.clone()
     }
     fn misprinted(self: Arc<Self>) -> Option<Arc<dyn Misprinted<T>>> {
-        Some(self.0.clone())
-    }
-}
-
-impl<S: Uniform + Curvature<f64> + 'static> Abilities<f64> for Able<S, Equal>
-where
-    S::Lanes: 'static,
-{
-    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<f64>>> {
-        Some(self.0.clone())
-    }
-    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<f64>>> {
-        Some(self.0.clone())
+        self.misprinted.clone()
     }
     fn is_uniform(&self) -> bool {
-        true
+        self.members.is_some()
     }
     fn uniform(self: Arc<Self>) -> Option<Arc<dyn Members>> {
-        Some(self.0.clone())
-    }
-}
-
-struct Bent;
-
-/// Binds a system with any H and second derivatives.
-pub(crate) fn curved<S: Curvature<f64> + 'static>(
-    row: &Row,
-    system: S,
-) -> Result<Run<f64>, InputError> {
-    bound::<f64, S, Bent>(row, system)
-}
-
-impl<T: Scalar, S: Curvature<T> + 'static> Abilities<T> for Able<S, Bent> {
-    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
-        Some(self.0.clone())
+        self.members.clone()
     }
 }

@@ -1,20 +1,19 @@
 //! Potentials whose terms cancel near rest: |H| is far below the roundings of its terms.
 
-use crate::bind::{curved, separable};
+use crate::catalog::{As, Built, written};
 use afterbay_core::{Grid, InputError, State, StateRef, Tolerance};
 use afterbay_methods::registry::{ADAPTIVE, FIXED, Row, Setting};
-use afterbay_systems::{Custom, Description, DissipationText};
+use afterbay_systems::{Description, DissipationText};
 use std::ops::ControlFlow;
 
-fn system(potential: &str, n: usize) -> Custom<f64> {
+fn system(potential: &str, n: usize) -> Built {
     let forces = (1..=n).map(|j| format!("0.5*p{j}")).collect();
-    Custom::new(&Description {
+    written(&Description {
         potential: potential.to_owned(),
         dissipation: DissipationText::Forces(forces),
         dof: Some(n),
         ..Description::default()
     })
-    .expect("a system")
 }
 
 /// Every method that keeps K follows the decay to rest, with K at the rounding of the terms.
@@ -58,9 +57,8 @@ fn reaches_rest((potential, terms): (&str, f64), n: usize, start: f64, [h, end]:
     let rows = FIXED.iter().filter(|row| row.keeps_k && !relaxed(row)).chain(ADAPTIVE);
     for row in rows {
         let adaptive = row.is_adaptive();
-        let bound =
-            if adaptive { curved(row, system.clone()) } else { separable(row, system.clone()) };
-        let run = match bound {
+        let form = if adaptive { As::Curved } else { As::Separable };
+        let run = match system.bind(row, form) {
             Ok(run) => run,
             Err(InputError::Unsupported { .. }) => continue,
             Err(error) => panic!("{}: {error}", row.name),
@@ -70,10 +68,10 @@ fn reaches_rest((potential, terms): (&str, f64), n: usize, start: f64, [h, end]:
         } else {
             Setting::Step(Grid::new(h, end).unwrap())
         };
-        let (mut state, before) = (start.clone(), start.total(&system));
+        let (mut state, before) = (start.clone(), start.total(&*system));
         let (mut off, mut steps) = (0.0_f64, 0);
         let mut look = |_: u64, at: StateRef<'_, f64>| {
-            off = off.max((at.total(&system) - before).abs());
+            off = off.max((at.total(&*system) - before).abs());
             steps += 1;
             if steps < 20_000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };

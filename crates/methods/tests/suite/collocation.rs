@@ -1,23 +1,20 @@
 //! Energy-preserving collocation: symmetry, K, passivity, stiff scenes, failures.
 
-use crate::bind::Curved;
+use crate::bind::{Curved, after};
+use crate::catalog::{
+    As, Built, chain, duffing, modified_van_der_pol, oscillator, pendulum, ring, van_der_pol,
+};
+use crate::many::{errors, exact_end};
 use afterbay_core::{
-    Block, Curvature, DissipationForm, ExactFlow, Grid, Method, Passive, Series, State,
-    StepFailure, System, integrate,
+    Block, Curvature, DissipationForm, Grid, Method, Passive, State, StepFailure, System,
 };
 use afterbay_methods::Collocation;
-use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, ModifiedVanDerPol, VanDerPol,
-    VanDerPolRing,
-};
+use afterbay_methods::registry::{Run, find};
 use proptest::prelude::*;
 
-/// The largest error of q, p and w.
-fn errors(state: &State<Vec<f64>>, exact: &State<Vec<f64>>) -> [f64; 3] {
-    let parts = [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)];
-    parts.map(|(found, exact)| {
-        found.iter().zip(exact).fold(0.0, |most: f64, (&a, &b)| most.max((a - b).abs()))
-    })
+/// The method in the form of the registry.
+fn bound(stages: usize, system: &Built) -> Run<f64> {
+    system.bind(find(&format!("collocation-{}", 2 * stages)).unwrap(), As::Curved).unwrap()
 }
 
 /// Checks that steps conserve K, are symmetric and, if `passive`, that no reservoir decreases.
@@ -112,9 +109,9 @@ proptest! {
         stages in 1..=8_usize, h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0,
         z in [-2.0..2.0, -2.0..2.0],
     ) {
-        checked(&Duffing::new(alpha, beta, c).unwrap(), stages, h, vec![z[0]], vec![z[1]])?;
-        let system = ModifiedVanDerPol::new(c, alpha, beta).unwrap();
-        checked(&system, stages, h, vec![z[0]], vec![z[1]])?;
+        checked(&*duffing(alpha, beta, c).curved(), stages, h, vec![z[0]], vec![z[1]])?;
+        let system = modified_van_der_pol(c, alpha, beta).curved();
+        checked(&*system, stages, h, vec![z[0]], vec![z[1]])?;
     }
 
     #[test]
@@ -122,9 +119,9 @@ proptest! {
         stages in 1..=8_usize, h in step(), c in -0.5..2.0, beta in 0.0..2.0,
         z in prop::array::uniform6(-1.0..1.0),
     ) {
-        checked(&FputChain::new(3, beta, c).unwrap(), stages, h, z[..3].to_vec(), z[3..].to_vec())?;
-        let ring = VanDerPolRing::new(3, c, beta).unwrap();
-        checked(&ring, stages, h, z[..3].to_vec(), z[3..].to_vec())?;
+        checked(&*chain(3, beta, c).curved(), stages, h, z[..3].to_vec(), z[3..].to_vec())?;
+        let ring = ring(3, c, beta).curved();
+        checked(&*ring, stages, h, z[..3].to_vec(), z[3..].to_vec())?;
     }
 
     /// H is not a polynomial, so nodes are added until K is exact.
@@ -132,8 +129,8 @@ proptest! {
     fn books_of_a_double_pendulum(
         stages in 1..=8_usize, h in step(), c in 0.0..2.0, z in prop::array::uniform4(-1.5..1.5),
     ) {
-        let system = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).unwrap();
-        checked(&system, stages, h, z[..2].to_vec(), z[2..].to_vec())?;
+        let system = pendulum([1.0, 0.8], [1.0, 0.7], 3.0, [c, 0.3]).curved();
+        checked(&*system, stages, h, z[..2].to_vec(), z[2..].to_vec())?;
     }
 }
 
@@ -141,34 +138,26 @@ proptest! {
 /// error: the error is not attributed to rounding.
 #[test]
 fn what_is_not_resolved_is_not_taken() {
-    let system =
-        DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [1.675_129_059_908_43, 0.3])
-            .unwrap();
+    let system = pendulum([1.0, 0.8], [1.0, 0.7], 3.0, [1.675_129_059_908_43, 0.3]).curved();
     let q = vec![-0.988_421_713_161_297_9, 0.907_523_940_106_871_1];
     let p = vec![0.068_482_842_986_598, 0.443_513_451_821_390_74];
-    checked(&system, 1, 0.848_085_938_350_559_2, q, p).unwrap();
+    checked(&*system, 1, 0.848_085_938_350_559_2, q, p).unwrap();
 }
 
 /// Over 1e5 steps the change of K grows like a sum of rounding errors, not like t: less than 1e-18
 /// of its terms per step, ten times less than one rounding, at the end and in the middle.
 #[test]
 fn k_does_not_drift() {
+    let system = duffing(-1.0, 1.0, 0.0);
     for stages in [1, 2, 4, 8] {
+        let run = bound(stages, &system);
         for h in [0.05, 0.3] {
-            let system = Duffing::new(-1.0, 1.0, 0.0).unwrap();
-            let mut state = State::new([1.5], [0.5]).unwrap();
-            let start = state.total(&system);
+            let mut state = State::new(vec![1.5], vec![0.5]).unwrap();
+            let start = state.total(&*system);
             for _ in 0..2 {
-                integrate(
-                    &Collocation::new(stages),
-                    &system,
-                    Grid { h, steps: 50_000 },
-                    &mut state,
-                    &mut (),
-                )
-                .unwrap();
+                state = after(&run, Grid { h, steps: 50_000 }, &state);
                 // p²/2 + q²/2 + q⁴/4 at most.
-                let drift = (state.total(&system) - start).abs() / 2.6;
+                let drift = (state.total(&*system) - start).abs() / 2.6;
                 assert!(drift < 1e5 * 1e-18, "{stages} {h}: {drift:e}");
             }
         }
@@ -178,22 +167,11 @@ fn k_does_not_drift() {
 /// q, p and w agree with another method in another scalar: a Taylor series.
 #[test]
 fn the_solution_is_the_solution() {
-    let duffing = Duffing::new(-1.0, 1.0, 0.1).unwrap();
-    let start = State::new([1.5], [0.5]).unwrap();
-    let exact = afterbay_core::taylor::trajectory::<_, _, 24>(
-        &duffing.map(Series::constant),
-        &start,
-        0.5,
-        20,
-    )
-    .unwrap();
-    let mut state = start.clone();
-    integrate(&Collocation::new(8), &duffing, Grid { h: 0.5, steps: 20 }, &mut state, &mut ())
-        .unwrap();
-    let exact = exact.last().unwrap();
-    for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
-        assert!((a[0] - b[0]).abs() < 1e-13, "{a:?} {b:?}");
-    }
+    let duffing = duffing(-1.0, 1.0, 0.1);
+    let start = State::new(vec![1.5], vec![0.5]).unwrap();
+    let exact = exact_end(&*duffing.series(), &start, 10.0);
+    let state = after(&bound(8, &duffing), Grid { h: 0.5, steps: 20 }, &start);
+    assert!(errors(&state, &exact).iter().all(|&error| error < 1e-13), "{state:?} {exact:?}");
 }
 
 /// A step of a linear system multiplies the state by the (s, s) Padé approximant of the
@@ -201,10 +179,9 @@ fn the_solution_is_the_solution() {
 #[test]
 fn linear_decays() {
     let (k, b, h) = (1.0, 200.0, 0.1);
-    let system = DampedOscillator::new(k, b).unwrap();
+    let system = oscillator(k, b);
     let mut state = State::new([1.0], [1.0]).unwrap();
-    let method = Collocation::new(1);
-    let mut workspace = method.workspace(&system).unwrap();
+    let run = bound(1, &system);
     for _ in 0..3 {
         // The midpoint rule: (1 - hA/2) z1 = (1 + hA/2) z0.
         let (q, p) = (state.q[0], state.p[0]);
@@ -214,7 +191,7 @@ fn linear_decays() {
             ((1.0 + c * b) * right[0] + c * right[1]) / determinant,
             (right[1] - c * k * right[0]) / determinant,
         ];
-        method.step(&system, h, &mut state, &mut workspace).unwrap();
+        run.step(h, &mut state).unwrap();
         assert!(
             (state.q[0] - exact[0]).abs() < 1e-14 && (state.p[0] - exact[1]).abs() < 1e-14,
             "{state:?} {exact:?}"
@@ -223,25 +200,22 @@ fn linear_decays() {
     // With more stages the step is the exponential itself, as far as it is resolved: the rates are
     // -199.995 and -0.005.
     let (mut state, mut exact) =
-        (State::new([1.0], [-b]).unwrap(), State::new([1.0], [-b]).unwrap());
-    let method = Collocation::new(8);
-    method.step(&system, 0.01, &mut state, &mut method.workspace(&system).unwrap()).unwrap();
-    system.flow(0.01, &mut exact);
-    for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
-        assert!((a[0] - b[0]).abs() < 1e-12 * exact.w[0], "{state:?} {exact:?}");
-    }
+        (State::new(vec![1.0], vec![-b]).unwrap(), State::new(vec![1.0], vec![-b]).unwrap());
+    bound(8, &system).step(0.01, &mut state).unwrap();
+    system.abilities::<f64>().exact_flow().unwrap().carry(0.01, &mut exact);
+    let off = errors(&state, &exact);
+    assert!(off.iter().all(|&off| off < 1e-12 * exact.w[0]), "{state:?} {exact:?}");
 }
 
 #[test]
 fn stiff_steps_are_solved() {
+    let system = van_der_pol(1000.0);
     for stages in 1..=8 {
+        let run = bound(stages, &system);
         for (q, h, steps) in [(2.0, 1e-4, 2000), (1.5, 1e-3, 1000), (2.0, 1e-2, 1000)] {
-            let system = VanDerPol::new(1000.0).unwrap();
-            let mut state = State::new([q], [0.0]).unwrap();
-            let start = state.total(&system);
-            integrate(&Collocation::new(stages), &system, Grid { h, steps }, &mut state, &mut ())
-                .unwrap();
-            assert!((state.total(&system) - start).abs() < 1e-14, "{stages} {h}");
+            let start = State::new(vec![q], vec![0.0]).unwrap();
+            let state = after(&run, Grid { h, steps }, &start);
+            assert!((state.total(&*system) - start.total(&*system)).abs() < 1e-14, "{stages} {h}");
             // On the slow branch, p = -q / (μ (q² - 1)) to O(μ⁻³).
             let [q, p] = [state.q[0], state.p[0]];
             assert!((p + q / (1000.0 * (q * q - 1.0))).abs() < 1e-6, "{stages} {h}: {state:?}");
@@ -253,15 +227,15 @@ fn stiff_steps_are_solved() {
 /// depend on it.
 #[test]
 fn history_does_not_matter() {
-    let system = FputChain::new(3, 0.5, 0.2).unwrap();
+    let system = &*chain(3, 0.5, 0.2).curved();
     for stages in 1..=8 {
         let method = Collocation::new(stages);
         let mut kept = State::new(vec![0.5, -0.3, 0.8], vec![0.2, 0.7, -0.4]).unwrap();
         let mut fresh = kept.clone();
-        let mut workspace = method.workspace(&system).unwrap();
+        let mut workspace = method.workspace(system).unwrap();
         for _ in 0..20 {
-            method.step(&system, 0.2, &mut kept, &mut workspace).unwrap();
-            method.step(&system, 0.2, &mut fresh, &mut method.workspace(&system).unwrap()).unwrap();
+            method.step(system, 0.2, &mut kept, &mut workspace).unwrap();
+            method.step(system, 0.2, &mut fresh, &mut method.workspace(system).unwrap()).unwrap();
         }
         assert!(
             errors(&kept, &fresh).into_iter().all(|error| error < 2e-14),
@@ -300,14 +274,14 @@ impl Curvature<f64> for Cliff {
 
 #[test]
 fn failures_have_names_and_leave_the_state() {
-    let method = Collocation::new(4);
-    let mut state = State::new([0.5], [1.0]).unwrap();
+    let (method, cliff): (_, &Curved<f64>) = (Collocation::new(4), &Cliff);
+    let mut state = State::new(vec![0.5], vec![1.0]).unwrap();
     let before = state.clone();
-    let mut workspace = method.workspace(&Cliff).unwrap();
-    method.step(&Cliff, 0.1, &mut state, &mut workspace).unwrap();
+    let mut workspace = method.workspace(cliff).unwrap();
+    method.step(cliff, 0.1, &mut state, &mut workspace).unwrap();
     assert_ne!(state, before);
     let before = state.clone();
-    let failure = method.step(&Cliff, 2.0, &mut state, &mut workspace).unwrap_err();
+    let failure = method.step(cliff, 2.0, &mut state, &mut workspace).unwrap_err();
     let named = matches!(
         failure,
         StepFailure::NewtonStalled { dof: 0, .. } | StepFailure::NonFinite { dof: 0, .. }
@@ -320,7 +294,7 @@ fn failures_have_names_and_leave_the_state() {
 fn stages_and_nodes_have_their_range() {
     for (stages, nodes) in [(0, 8), (9, 32), (4, 7), (2, 65)] {
         let method = Collocation { stages, nodes };
-        assert!(Method::<[f64; 1], _>::workspace(&method, &Cliff).is_err(), "{method:?}");
+        assert!(Method::<Vec<f64>, Curved<f64>>::workspace(&method, &Cliff).is_err(), "{method:?}");
     }
 }
 
@@ -351,12 +325,14 @@ fn nodes_are_added_where_k_needs_them() {
             put(Block::Hpp, 0, 0, 1.0);
         }
     }
+    let steep: &Curved<f64> = &Steep;
     for stages in [2, 3] {
-        let (method, mut state) = (Collocation::new(stages), State::new([0.9], [1.5]).unwrap());
-        let mut workspace = method.workspace(&Steep).unwrap();
-        let before = state.total(&Steep);
-        let effort = method.step(&Steep, 0.2, &mut state, &mut workspace).unwrap();
-        let drift = (state.total(&Steep) - before).abs();
+        let (method, mut state) =
+            (Collocation::new(stages), State::new(vec![0.9], vec![1.5]).unwrap());
+        let mut workspace = method.workspace(steep).unwrap();
+        let before = state.total(steep);
+        let effort = method.step(steep, 0.2, &mut state, &mut workspace).unwrap();
+        let drift = (state.total(steep) - before).abs();
         println!("{effort:?} {drift:e} {}", workspace.defect());
         assert!(drift < 1e-15 && workspace.defect() < 16.0, "{drift:e}");
         assert!(effort.evaluations > 8 * effort.iterations, "{effort:?}");

@@ -2,9 +2,9 @@
 //! first step that needs large matrices or the exact derivative.
 
 use crate::bind::Curved;
+use crate::catalog::{chain, pendulum, van_der_pol};
 use afterbay_core::{Method, State};
 use afterbay_methods::Collocation;
-use afterbay_systems::{DampedDoublePendulum, FputChain, VanDerPol};
 use allocation_counter::measure;
 
 fn allocations(system: &Curved<f64>, stages: usize, h: f64) -> u64 {
@@ -29,11 +29,11 @@ fn allocations(system: &Curved<f64>, stages: usize, h: f64) -> u64 {
 fn a_step_allocates_nothing() {
     for stages in [1, 4, 8] {
         for h in [0.01, 0.3] {
-            let pendulum = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).unwrap();
-            assert_eq!(allocations(&pendulum, stages, h), 0);
-            assert_eq!(allocations(&VanDerPol::new(1000.0).unwrap(), stages, h), 0);
-            assert_eq!(allocations(&FputChain::new(20, 0.5, 0.1).unwrap(), stages, h), 0);
-            assert_eq!(allocations(&FputChain::new(600, 0.5, 0.1).unwrap(), stages, h), 0);
+            let pendulum = pendulum([1.0; 2], [1.0; 2], 9.81, [0.1; 2]).curved();
+            assert_eq!(allocations(&*pendulum, stages, h), 0);
+            assert_eq!(allocations(&*van_der_pol(1000.0).curved(), stages, h), 0);
+            assert_eq!(allocations(&*chain(20, 0.5, 0.1).curved(), stages, h), 0);
+            assert_eq!(allocations(&*chain(600, 0.5, 0.1).curved(), stages, h), 0);
         }
     }
 }

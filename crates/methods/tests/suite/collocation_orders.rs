@@ -1,60 +1,34 @@
 //! Energy-preserving collocation has order 2 to 16 in q, p and w: errors against Taylor series, in
 //! 31 digits.
 
-use crate::slope;
-use afterbay_core::taylor::trajectory;
-use afterbay_core::{Curvature, Grid, Quad, Scalar, Series, State, System, integrate};
-use afterbay_methods::Collocation;
-use afterbay_systems::{DampedDoublePendulum, Duffing, FputChain, VanDerPolRing};
-use slope::slope;
-
-/// The number of terms of the series.
-const TERMS: usize = 40;
-
-/// The largest error of q, p and w at `end`, after `steps` steps from (q, p).
-fn errors<S: Curvature<Quad>, const N: usize>(
-    system: &S,
-    stages: usize,
-    steps: u64,
-    start: &State<[Quad; N]>,
-    exact: &State<[Quad; N]>,
-) -> [f64; 3] {
-    let mut state = start.clone();
-    let grid = Grid { h: exact.t / Quad::from_f64(steps as f64), steps };
-    integrate(&Collocation::new(stages), system, grid, &mut state, &mut ()).unwrap();
-    [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)].map(|(found, exact)| {
-        (0..N).fold(0.0, |most: f64, j| most.max((found[j] - exact[j]).to_f64().abs()))
-    })
-}
+use crate::bind::after;
+use crate::catalog::{As, Built, chain, duffing, pendulum, ring};
+use crate::many::orders::orders_at_end;
+use crate::many::{errors, exact_end, start};
+use afterbay_core::Quad;
+use afterbay_methods::registry::find;
 
 /// Checks that the global orders at `end` are 2s to within 0.05. The numbers of steps per unit of
 /// time are those of [`PLAN`] times `finer`.
-fn orders<const N: usize>(
-    system: &impl Curvature<Quad>,
-    series: &impl System<Series<Quad, TERMS>>,
-    [q, p]: [[f64; N]; 2],
-    end: f64,
-    finer: f64,
-) {
-    let start = State::new(q.map(Quad::from_f64), p.map(Quad::from_f64)).unwrap();
-    let exact = &trajectory::<_, _, TERMS>(series, &start, Quad::from_f64(end), 1).unwrap()[1];
+fn orders(system: &Built, from: [&[f64]; 2], end: f64, finer: f64) {
+    let start = start(from);
+    let exact = exact_end(&*system.series::<Quad>(), &start, end);
     for (stages, counts) in PLAN {
-        let counts = counts.map(|count| (count * finer * end).round());
-        let all = counts.map(|steps| errors(system, stages, steps as u64, &start, exact));
-        for (part, variable) in ["q", "p", "w"].into_iter().enumerate() {
-            let errors = all.map(|error| error[part]);
-            let found = slope(&counts.map(|count| end / count), &errors);
-            println!("s={stages} {variable} {found:.3} {errors:?}");
-            assert!(
-                (found - 2.0 * stages as f64).abs() < 0.05,
-                "{stages} {variable}: {found} {errors:?}"
-            );
-            // The smallest errors are below the rounding of `f64`.
-            assert!(
-                stages < 5 || errors[2] < f64::EPSILON / 2.0,
-                "{stages} {variable}: {errors:?}"
-            );
-        }
+        let row = find(&format!("collocation-{}", 2 * stages)).unwrap();
+        let run = system.bind(row, As::Curved).unwrap();
+        let mut least = [0.0; 3];
+        let counts = counts.map(|count| (count * finer * end).round() as u64);
+        let found = orders_at_end(&exact, &counts, &mut |grid| {
+            let found = after(&run, grid, &start);
+            least = errors(&found, &exact);
+            found
+        });
+        println!("s={stages} {found:.3?} {least:?}");
+        let order = 2.0 * stages as f64;
+        assert!(found.iter().all(|found| (found - order).abs() < 0.05), "{stages}: {found:?}");
+        // The smallest errors are below the rounding of `f64`.
+        let below = least.iter().all(|&error| error < f64::EPSILON / 2.0);
+        assert!(stages < 5 || below, "{stages}: {least:?}");
     }
 }
 
@@ -72,27 +46,22 @@ const PLAN: [(usize, [f64; 3]); 8] = [
 
 #[test]
 fn of_a_chain() {
-    let chain = FputChain::new(3, 0.5, 0.2).unwrap().map(Quad::from_f64);
-    orders(&chain, &chain.map(Series::constant), [[0.5, -0.3, 0.8], [0.2, 0.7, -0.4]], 1.0, 1.0);
+    orders(&chain(3, 0.5, 0.2), [&[0.5, -0.3, 0.8], &[0.2, 0.7, -0.4]], 1.0, 1.0);
 }
 
 #[test]
 fn of_a_ring() {
-    let ring = VanDerPolRing::new(3, 0.7, 0.4).unwrap().map(Quad::from_f64);
-    orders(&ring, &ring.map(Series::constant), [[0.9, -0.5, 1.3], [0.4, 1.2, -0.7]], 1.0, 1.0);
+    orders(&ring(3, 0.7, 0.4), [&[0.9, -0.5, 1.3], &[0.4, 1.2, -0.7]], 1.0, 1.0);
 }
 
 /// A system whose H is not separable.
 #[test]
 fn of_a_double_pendulum() {
-    let pendulum = DampedDoublePendulum::new([1.0, 0.8], [1.0, 0.7], 3.0, [0.1, 0.2])
-        .unwrap()
-        .map(Quad::from_f64);
-    orders(&pendulum, &pendulum.map(Series::constant), [[0.6, -0.4], [0.3, 0.5]], 0.5, 2.0);
+    let pendulum = pendulum([1.0, 0.8], [1.0, 0.7], 3.0, [0.1, 0.2]);
+    orders(&pendulum, [&[0.6, -0.4], &[0.3, 0.5]], 0.5, 2.0);
 }
 
 #[test]
 fn of_duffing() {
-    let duffing = Duffing::new(-1.0, 1.0, 0.1).unwrap().map(Quad::from_f64);
-    orders(&duffing, &duffing.map(Series::constant), [[1.5], [0.5]], 1.0, 1.0);
+    orders(&duffing(-1.0, 1.0, 0.1), [&[1.5], &[0.5]], 1.0, 1.0);
 }

@@ -1,42 +1,48 @@
 //! Compensated increments: K over long runs, agreement with the method in higher precision, lanes,
 //! storage, memory and refusals.
 
-use crate::rubbed;
+use crate::bind::{AnySeparable, after};
+use crate::catalog::{self, Built};
+use crate::rubbed::Rubbed;
 use afterbay_core::{
     Corrected, Grid, InputError, IntegrateError, Method, Quad, Quantity, Scalar, Separable, State,
     StepFailure, Vector, f64x8, integrate,
 };
+use afterbay_methods::registry::{compensated, find};
 use afterbay_methods::{Composition, Increment};
-use afterbay_systems::{FputChain, VanDerPol, VanDerPolRing};
+use afterbay_systems::FputChain;
 use nalgebra::{DVector, SVector};
 use proptest::prelude::*;
-use rubbed::Rubbed;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 pub(crate) const N: usize = 8;
 
-pub(crate) fn chain(c: f64) -> FputChain<f64> {
-    FputChain::new(N, 1.0, c).unwrap()
+pub(crate) fn chain(c: f64) -> Built {
+    catalog::chain(N, 1.0, c)
 }
 
 /// A chain at rest, displaced by a sine.
-pub(crate) fn sine() -> State<[f64; N]> {
+pub(crate) fn sine() -> State<Vec<f64>> {
     let sine = |j: usize| (std::f64::consts::PI * (j + 1) as f64 / (N + 1) as f64).sin();
-    State::new(std::array::from_fn(sine), [0.0; N]).unwrap()
+    State::new((0..N).map(sine).collect(), vec![0.0; N]).unwrap()
 }
+
+/// A system in the numbers of compensation, with its type erased.
+pub(crate) type Exact = Arc<dyn Separable<Corrected<f64>>>;
 
 pub(crate) fn pair() -> Increment {
     Increment::new(Composition::pair())
 }
 
-fn lift<V: Vector<Scalar = f64>>(state: &State<V>) -> State<Vec<Quad>> {
-    let lift = |part: &V| part.as_slice().iter().map(|&x| Quad::from_f64(x)).collect();
+fn lift(state: &State<Vec<f64>>) -> State<Vec<Quad>> {
+    let lift = |part: &[f64]| part.iter().map(|&x| Quad::from_f64(x)).collect();
     State { q: lift(&state.q), p: lift(&state.p), w: lift(&state.w), t: Quad::from_f64(state.t) }
 }
 
 /// The change of K in `f64` due to the rounding of each entry of the state, plus a share of the
 /// terms of K for the steps themselves, whose relative error is 1e-31.
-fn roundings<P: Separable<Quad>>(exact: &P, state: &State<Vec<Quad>>) -> f64 {
+fn roundings(exact: &dyn Separable<Quad>, state: &State<Vec<Quad>>) -> f64 {
     let n = state.q.len();
     let [mut hq, mut hp] = [0; 2].map(|_| vec![Quad::ZERO; n]);
     exact.gradient(&state.q, &state.p, &mut hq, &mut hp);
@@ -52,21 +58,16 @@ fn roundings<P: Separable<Quad>>(exact: &P, state: &State<Vec<Quad>>) -> f64 {
 
 /// The largest deviation of K over a run, in roundings of the current state, and the relative
 /// deviation at the end.
-fn deviation<const M: usize, S, P, A>(
+fn deviation<A: Method<Vec<f64>, AnySeparable<f64>>>(
     method: &A,
-    system: &S,
-    exact: &P,
-    start: &State<[f64; M]>,
-    grid: Grid<f64>,
-) -> [f64; 2]
-where
-    S: Separable<f64>,
-    P: Separable<Quad>,
-    A: Method<[f64; M], S>,
-{
+    system: &AnySeparable<f64>,
+    exact: &dyn Separable<Quad>,
+    start: &State<Vec<f64>>,
+    h: f64,
+) -> [f64; 2] {
     let before = lift(start).total(exact);
-    let mut found = [0.0_f64; 2];
-    let mut look = |step: u64, state: &State<[f64; M]>| {
+    let (grid, mut found) = (Grid::of(h, 100_000).unwrap(), [0.0_f64; 2]);
+    let mut look = |step: u64, state: &State<Vec<f64>>| {
         if step.is_multiple_of(997) || step == grid.steps {
             let lifted = lift(state);
             let off = (lifted.total(exact) - before).to_f64();
@@ -78,20 +79,27 @@ where
     found
 }
 
+/// The deviations of a pair of sweeps without compensation, and with it.
+fn deviations(
+    system: &AnySeparable<f64>,
+    exact: &dyn Separable<Quad>,
+    corrected: Exact,
+    start: &State<Vec<f64>>,
+    h: f64,
+) -> [[f64; 2]; 2] {
+    let compensated = pair().compensated(corrected);
+    [deviation(&pair(), system, exact, start, h), deviation(&compensated, system, exact, start, h)]
+}
+
+fn of_built(system: &Built, start: &State<Vec<f64>>, h: f64) -> [[f64; 2]; 2] {
+    deviations(&*system.separable(), &*system.separable(), system.corrected(), start, h)
+}
+
 #[test]
 fn k_does_not_drift_from_a_rounding() {
-    let grid = || Grid::of(0.2, 100_000).unwrap();
     // Friction so weak that the chain still moves at the end, at t = 2e4; and no friction.
     for c in [0.0, 1e-5] {
-        let (system, exact) = (chain(c), chain(c).map(Quad::from));
-        let [plain, _] = deviation(&pair(), &system, &exact, &sine(), grid());
-        let [most, end] = deviation(
-            &pair().compensated(chain(c).map(Corrected::from)),
-            &system,
-            &exact,
-            &sine(),
-            grid(),
-        );
+        let [[plain, _], [most, end]] = of_built(&chain(c), &sine(), 0.2);
         println!(
             "c = {c}: {most:.2} roundings, {end:.1e} of K at the end; without {plain:.0} roundings"
         );
@@ -102,29 +110,17 @@ fn k_does_not_drift_from_a_rounding() {
 
 #[test]
 fn k_does_not_drift_on_a_limit_cycle() {
-    let system = VanDerPol::new(1.0).unwrap();
-    let exact = system.map(Quad::from);
-    let start = State::new([2.0], [0.0]).unwrap();
-    let grid = || Grid::of(0.1, 100_000).unwrap();
-    let [plain, _] = deviation(&pair(), &system, &exact, &start, grid());
-    let [most, _] = deviation(
-        &pair().compensated(system.map(Corrected::from)),
-        &system,
-        &exact,
-        &start,
-        grid(),
-    );
+    let start = State::new(vec![2.0], vec![0.0]).unwrap();
+    let [[plain, _], [most, _]] = of_built(&catalog::van_der_pol(1.0), &start, 0.1);
     println!("{most:.2} roundings, without {plain:.0}");
     assert!(most <= 1.0 && plain > 20.0, "{most} and {plain} roundings");
 }
 
 #[test]
 fn friction_that_couples_momenta_is_compensated_too() {
-    let start = State::new([0.8, -0.3, 0.5], [0.2, 0.9, -0.7]).unwrap();
+    let start = State::new(vec![0.8, -0.3, 0.5], vec![0.2, 0.9, -0.7]).unwrap();
     let system = Rubbed { c: 1e-5 };
-    let grid = || Grid::of(0.2, 100_000).unwrap();
-    let [plain, _] = deviation(&pair(), &system, &system, &start, grid());
-    let [most, _] = deviation(&pair().compensated(system), &system, &system, &start, grid());
+    let [[plain, _], [most, _]] = deviations(&system, &system, Arc::new(system), &start, 0.2);
     println!("{most:.2} roundings, without {plain:.0}");
     // Without compensation the rounding errors accumulate, but only like √t. When they contained
     // the rounding of the slope of friction, the drift was 2e5.
@@ -133,10 +129,10 @@ fn friction_that_couples_momenta_is_compensated_too() {
 
 /// The difference between a run in `f64` and the same run in `Quad`, in roundings of the largest
 /// entry of each part.
-fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> f64 {
+fn away(state: &State<Vec<f64>>, exact: &State<Vec<Quad>>) -> f64 {
     let parts = [(&state.q, &exact.q), (&state.p, &exact.p), (&state.w, &exact.w)];
-    let of = |(found, exact): (&V, &Vec<Quad>)| {
-        let pairs = || found.as_slice().iter().zip(exact);
+    let of = |(found, exact): (&Vec<f64>, &Vec<Quad>)| {
+        let pairs = || found.iter().zip(exact);
         let off =
             pairs().map(|(&a, &b)| (Quad::from_f64(a) - b).to_f64().abs()).fold(0.0, f64::max);
         let size = pairs().map(|(a, _)| a.abs()).fold(f64::MIN_POSITIVE, f64::max);
@@ -147,17 +143,13 @@ fn away<V: Vector<Scalar = f64>>(state: &State<V>, exact: &State<Vec<Quad>>) -> 
 
 /// Checks that the compensated run is the run in `Quad`, rounded. The run without compensation
 /// agrees to 1e-13 and is less accurate.
-fn check_against_quad<S, P, C>(
-    system: &S,
-    exact: &P,
-    corrected: C,
+fn check_against_quad(
+    system: &dyn Separable<f64>,
+    exact: &dyn Separable<Quad>,
+    corrected: &Exact,
     start: &State<Vec<f64>>,
     label: &str,
-) where
-    S: Separable<f64>,
-    P: Separable<Quad>,
-    C: Separable<Corrected<f64>> + Copy,
-{
+) {
     let n = system.dof();
     for composition in [
         Composition::sweep(),
@@ -174,7 +166,7 @@ fn check_against_quad<S, P, C>(
                     .unwrap();
                 integrate(&method, system, Grid { h, steps }, &mut plain, &mut ()).unwrap();
             }
-            let compensated = method.compensated(corrected);
+            let compensated = method.compensated(corrected.clone());
             let mut workspace = compensated.workspace(system).unwrap();
             // The carried remainders survive a change of the step size.
             for h in [0.1; 100].into_iter().chain([0.07; 50]) {
@@ -195,15 +187,16 @@ fn check_against_quad<S, P, C>(
 fn a_run_is_that_in_quad_rounded() {
     let wave: Vec<f64> = (0..N).map(|j| (0.7 * j as f64).sin()).collect();
     let start = State::new(wave.clone(), wave.iter().rev().copied().collect()).unwrap();
-    for c in [0.0, 0.3] {
-        let corrected = chain(c).map(Corrected::from);
-        check_against_quad(&chain(c), &chain(c).map(Quad::from), corrected, &start, "chain");
+    for (system, label) in
+        [(chain(0.0), "chain"), (chain(0.3), "chain"), (catalog::ring(N, 0.8, 0.6), "ring")]
+    {
+        let (plain, exact) = (system.separable(), system.separable());
+        check_against_quad(&*plain, &*exact, &system.corrected(), &start, label);
     }
-    let ring = VanDerPolRing::new(N, 0.8, 0.6).unwrap();
-    check_against_quad(&ring, &ring.map(Quad::from), ring.map(Corrected::from), &start, "ring");
     let three = State::new(vec![0.8, -0.3, 0.5], vec![0.2, 0.9, -0.7]).unwrap();
     let rubbed = Rubbed { c: 0.3 };
-    check_against_quad(&rubbed, &rubbed, rubbed, &three, "rubbed");
+    let corrected: Exact = Arc::new(rubbed);
+    check_against_quad(&rubbed, &rubbed, &corrected, &three, "rubbed");
 }
 
 pub(crate) fn bits<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<u64> {
@@ -217,7 +210,7 @@ pub(crate) fn bits<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<u64> {
 fn carried_by<V, S, P>(system: &S, exact: P, q: V, p: V) -> Vec<u64>
 where
     V: Vector<Scalar = f64>,
-    S: Separable<f64>,
+    S: Separable<f64> + ?Sized,
     P: Separable<Corrected<f64>>,
 {
     let mut state = State::new(q, p).unwrap();
@@ -229,42 +222,42 @@ where
 /// Eight chains side by side, each equal to the bit to a chain alone.
 #[test]
 fn lanes_change_no_bit() {
-    let amplitude = |k: usize| 1.0 + k as f64 / 16.0;
-    let start = |k: usize, j: usize| amplitude(k) * sine().q[j];
-    let lanes = chain(0.1).map(f64x8::from);
-    let q: [f64x8; N] = std::array::from_fn(|j| f64x8::new(std::array::from_fn(|k| start(k, j))));
-    let mut together = State::new(q, [f64x8::splat(0.0); N]).unwrap();
-    let method = pair().compensated(lanes.map(Corrected::exact));
-    let grid = Grid { h: f64x8::splat(0.2), steps: 2000 };
-    integrate(&method, &lanes, grid, &mut together, &mut ()).unwrap();
+    let row = find("increment-2").unwrap();
+    let start = |k: usize, j: usize| (1.0 + k as f64 / 16.0) * sine().q[j];
+    let q = (0..N).map(|j| f64x8::new(std::array::from_fn(|k| start(k, j)))).collect();
+    let together = State::new(q, vec![f64x8::splat(0.0); N]).unwrap();
+    let run = compensated(row, chain(0.1).abilities(), chain(0.1).corrected()).unwrap();
+    let together = after(&run, Grid { h: f64x8::splat(0.2), steps: 2000 }, &together);
+    let run = compensated::<f64>(row, chain(0.1).abilities(), chain(0.1).corrected()).unwrap();
     for k in 0..8 {
-        let mut alone = State::new(std::array::from_fn(|j| start(k, j)), [0.0; N]).unwrap();
-        let method = pair().compensated(chain(0.1).map(Corrected::from));
-        integrate(&method, &chain(0.1), Grid::of(0.2, 2000).unwrap(), &mut alone, &mut ()).unwrap();
-        let lane = |part: &[f64x8; N]| part.map(|x| x.to_array()[k].to_bits());
-        let found = [lane(&together.q), lane(&together.p), lane(&together.w)].concat();
-        assert_eq!(found, bits(&alone), "lane {k}");
+        let alone = State::new((0..N).map(|j| start(k, j)).collect(), vec![0.0; N]).unwrap();
+        let alone = after(&run, Grid::of(0.2, 2000).unwrap(), &alone);
+        let parts = [&together.q, &together.p, &together.w];
+        let found = parts.into_iter().flatten().map(|x| x.to_array()[k].to_bits());
+        assert_eq!(found.collect::<Vec<_>>(), bits(&alone), "lane {k}");
     }
 }
 
+/// Nor does the erasure of the type of the system.
 #[test]
 fn storage_changes_no_bit() {
-    fn check<S: Separable<f64>, P: Separable<Corrected<f64>> + Copy>(system: &S, exact: P) {
-        let (q, p) = ([0.8, -0.3, 0.5], [0.2, 0.9, -0.7]);
-        let array = carried_by(system, exact, q, p);
-        assert_eq!(array, carried_by(system, exact, SVector::from(q), SVector::from(p)));
-        assert_eq!(array, carried_by(system, exact, q.to_vec(), p.to_vec()));
+    let (q, p) = ([0.8, -0.3, 0.5], [0.2, 0.9, -0.7]);
+    let check = |array: Vec<u64>, system: &dyn Separable<f64>, exact: Exact| {
+        assert_eq!(array, carried_by(system, exact.clone(), q.to_vec(), p.to_vec()));
+        let vector = |x: [f64; 3]| SVector::from(x);
+        assert_eq!(array, carried_by(system, exact.clone(), vector(q), vector(p)));
         let vector = |x: [f64; 3]| DVector::from_row_slice(&x);
         assert_eq!(array, carried_by(system, exact, vector(q), vector(p)));
-    }
-    let system = FputChain::new(3, 1.0, 0.1).unwrap();
-    check(&system, system.map(Corrected::from));
-    check(&Rubbed { c: 0.3 }, Rubbed { c: 0.3 });
+    };
+    let (system, rubbed) = (FputChain::new(3, 1.0, 0.1).unwrap(), Rubbed { c: 0.3 });
+    let corrected = system.map(Corrected::from);
+    check(carried_by(&system, corrected, q, p), &system, Arc::new(corrected));
+    check(carried_by(&rubbed, rubbed, q, p), &rubbed, Arc::new(rubbed));
 }
 
 #[test]
 fn a_step_allocates_nothing() {
-    fn check<S: Separable<f64>, P: Separable<Corrected<f64>>>(system: &S, exact: P) {
+    fn check(system: &dyn Separable<f64>, exact: Exact) {
         let n = system.dof();
         let mut state = State::new(vec![0.3; n], vec![0.1; n]).unwrap();
         let method = Increment::new(Composition::kahan_li8()).compensated(exact);
@@ -276,23 +269,22 @@ fn a_step_allocates_nothing() {
         });
         assert_eq!(steps.count_total, 0);
     }
-    let system = FputChain::new(40, 1.0, 0.1).unwrap();
-    check(&system, system.map(Corrected::from));
-    check(&Rubbed { c: 0.3 }, Rubbed { c: 0.3 });
+    let system = catalog::chain(40, 1.0, 0.1);
+    check(&*system.separable(), system.corrected());
+    check(&Rubbed { c: 0.3 }, Arc::new(Rubbed { c: 0.3 }));
 }
 
 #[test]
 fn another_system_is_refused() {
-    let try_with = |exact: FputChain<f64>| {
-        let method = pair().compensated(exact.map(Corrected::from));
-        let mut state = sine();
-        let outcome =
-            integrate(&method, &chain(0.1), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
+    let system = &*chain(0.1).separable::<f64>();
+    let try_with = |exact: Built| {
+        let (method, mut state) = (pair().compensated(exact.corrected()), sine());
+        let outcome = integrate(&method, system, Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
         assert!(outcome.is_ok() || bits(&state) == bits(&sine()));
         outcome
     };
     assert!(try_with(chain(0.1)).is_ok());
-    let longer = FputChain::new(N + 1, 1.0, 0.1).unwrap();
+    let longer = catalog::chain(N + 1, 1.0, 0.1);
     let length = InputError::Length { quantity: Quantity::Coordinate, expected: N, found: N + 1 };
     assert_eq!(try_with(longer), Err(length.into()));
     for damping in [0.0, -0.1] {
@@ -303,8 +295,8 @@ fn another_system_is_refused() {
         );
     }
     // A difference that cannot be detected beforehand is detected in the first step.
-    for other in [FputChain::new(N, 1.001, 0.1).unwrap(), chain(0.1001)] {
-        let Err(IntegrateError::Run(error)) = try_with(other) else { panic!("{other:?}") };
+    for other in [catalog::chain(N, 1.001, 0.1), chain(0.1001)] {
+        let Err(IntegrateError::Run(error)) = try_with(other) else { panic!("it is not refused") };
         assert!(
             matches!(error.failure, StepFailure::NewtonStalled { .. }) && error.step <= 2,
             "{error}"
@@ -312,8 +304,8 @@ fn another_system_is_refused() {
     }
     let double = Increment::new(Composition::pair())
         .in_order(vec![0; N])
-        .compensated(chain(0.1).map(Corrected::from));
-    assert!(Method::<[f64; N], _>::workspace(&double, &chain(0.1)).is_err());
+        .compensated(chain(0.1).corrected());
+    assert!(Method::<Vec<f64>, _>::workspace(&double, system).is_err());
 }
 
 proptest! {
@@ -330,20 +322,20 @@ proptest! {
         log_h in -4.0..1.0_f64,
     ) {
         let p = q.iter().map(|q| seed * (7.0 * q).sin()).collect();
-        let system = FputChain::new(q.len(), beta, c).unwrap();
-        let exact = system.map(Quad::from);
+        let chain = catalog::chain(q.len(), beta, c);
+        let (system, exact) = (&*chain.separable::<f64>(), &*chain.separable());
         let mut state = State::new(q, p).unwrap();
-        let before = lift(&state).total(&exact);
-        let method = Increment::new(Composition::pair()).compensated(system.map(Corrected::from));
-        let mut workspace = method.workspace(&system).unwrap();
+        let before = lift(&state).total(exact);
+        let method = pair().compensated(chain.corrected());
+        let mut workspace = method.workspace(system).unwrap();
         for _ in 0..5 {
             let last = state.clone();
-            if method.step(&system, 10f64.powf(log_h), &mut state, &mut workspace).is_err() {
+            if method.step(system, 10f64.powf(log_h), &mut state, &mut workspace).is_err() {
                 prop_assert_eq!(bits(&state), bits(&last));
                 break;
             }
             let lifted = lift(&state);
-            let off = (lifted.total(&exact) - before).to_f64().abs() / roundings(&exact, &lifted);
+            let off = (lifted.total(exact) - before).to_f64().abs() / roundings(exact, &lifted);
             prop_assert!(off <= 1.0 + 1e-6, "{} roundings", off);
             prop_assert!(c < 0.0 || state.w.iter().zip(&last.w).all(|(new, old)| new >= old));
         }

@@ -1,19 +1,18 @@
 //! The rounding errors that a compensated increment carries from step to step: they belong to one
 //! state, and a failed step leaves them unchanged.
 
-use crate::compensated::{N, bits, chain, pair, sine};
-use afterbay_core::{
-    Corrected, Dissipation, DissipationForm, Method, Separable, State, StepFailure, System,
-};
+use crate::bind::AnySeparable;
+use crate::compensated::{Exact, N, bits, chain, pair, sine};
+use afterbay_core::{Dissipation, DissipationForm, Method, Separable, State, StepFailure, System};
 use afterbay_methods::Compensated;
-use afterbay_systems::FputChain;
+use std::sync::Arc;
 
-type OfChain = Compensated<FputChain<Corrected<f64>>>;
-type Scratch = <OfChain as Method<[f64; N], FputChain<f64>>>::Workspace;
+type OfChain = Compensated<Exact>;
+type Scratch = <OfChain as Method<Vec<f64>, dyn Separable<f64>>>::Workspace;
 
 /// A chain in which the force on one mass is NaN.
 struct Torn {
-    chain: FputChain<f64>,
+    chain: Arc<AnySeparable<f64>>,
     at: usize,
 }
 
@@ -45,25 +44,31 @@ impl Separable<f64> for Torn {
 }
 
 fn of_chain() -> OfChain {
-    pair().compensated(chain(0.1).map(Corrected::from))
+    pair().compensated(chain(0.1).corrected())
 }
 
 /// The state and the workspace after some steps.
-fn travelled(method: &OfChain) -> (State<[f64; N]>, Scratch) {
-    let mut state = sine();
-    let mut workspace = method.workspace(&chain(0.1)).unwrap();
-    (0..20).for_each(|_| {
-        method.step(&chain(0.1), 0.2, &mut state, &mut workspace).unwrap();
-    });
+fn travelled(method: &OfChain) -> (State<Vec<f64>>, Scratch) {
+    let (mut state, mut workspace) = (sine(), fresh(method));
+    steps(method, &mut state, &mut workspace);
     (state, workspace)
 }
 
-/// The state after some further steps.
-fn carry(method: &OfChain, state: &State<[f64; N]>, workspace: &mut Scratch) -> Vec<u64> {
-    let mut state = state.clone();
+fn fresh(method: &OfChain) -> Scratch {
+    method.workspace(&*chain(0.1).separable::<f64>()).unwrap()
+}
+
+fn steps(method: &OfChain, state: &mut State<Vec<f64>>, workspace: &mut Scratch) {
+    let system = &*chain(0.1).separable::<f64>();
     for _ in 0..20 {
-        method.step(&chain(0.1), 0.2, &mut state, workspace).unwrap();
+        method.step(system, 0.2, state, workspace).unwrap();
     }
+}
+
+/// The state after some further steps.
+fn carry(method: &OfChain, state: &State<Vec<f64>>, workspace: &mut Scratch) -> Vec<u64> {
+    let mut state = state.clone();
+    steps(method, &mut state, workspace);
     bits(&state)
 }
 
@@ -75,13 +80,14 @@ fn a_failed_step_leaves_everything_as_it_was() {
     let mut tried = state.clone();
     // In the first coordinate, after one other has moved, and after all others have moved.
     for at in [0, 1, N - 1] {
-        let torn = Torn { chain: chain(0.1), at };
-        let failure = method.step(&torn, 0.2, &mut tried, &mut workspace).unwrap_err();
+        let torn: &dyn Separable<f64> = &Torn { chain: chain(0.1).separable(), at };
+        let failure = method.step(torn, 0.2, &mut tried, &mut workspace).unwrap_err();
         assert!(matches!(failure, StepFailure::NonFinite { dof, .. } if dof == at), "{failure}");
         assert_eq!(bits(&tried), bits(&state));
     }
+    let system = &*chain(0.1).separable::<f64>();
     for h in [1e200, f64::NAN] {
-        assert!(method.step(&chain(0.1), h, &mut tried, &mut workspace).is_err());
+        assert!(method.step(system, h, &mut tried, &mut workspace).is_err());
         assert_eq!(bits(&tried), bits(&state));
     }
     assert_eq!(carry(&method, &tried, &mut workspace), undisturbed);
@@ -91,7 +97,7 @@ fn a_failed_step_leaves_everything_as_it_was() {
 fn what_is_carried_belongs_to_one_state_only() {
     let method = of_chain();
     let (state, workspace) = travelled(&method);
-    let fresh = || method.workspace(&chain(0.1)).unwrap();
+    let fresh = || fresh(&method);
     assert_ne!(
         carry(&method, &state, &mut workspace.clone()),
         carry(&method, &state, &mut fresh())

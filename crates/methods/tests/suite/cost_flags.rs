@@ -1,12 +1,13 @@
 //! The cost of a step according to the registry, compared with counted evaluations, for every row.
 
-use crate::bind::{linear, separable};
+use crate::bind::separable;
+use crate::catalog::{As, oscillator};
 use afterbay_core::{
     Coupling, Curvature, Dissipation, DissipationForm, Effort, Grid, InputError, Line, Separable,
     State, System,
 };
 use afterbay_methods::registry::{Cost, FIXED, Needs, Row, find};
-use afterbay_systems::{DampedOscillator, FputChain};
+use afterbay_systems::FputChain;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -238,7 +239,7 @@ fn turns_like(row: &Row, stages: u32) -> bool {
         }
     }
     let angle = 2.0 * f64::atan2(odd, even);
-    let run = linear(row, DampedOscillator::new(1.0, 0.0).unwrap());
+    let run = oscillator(1.0, 0.0).bind::<f64>(row, As::Linear);
     let mut state = State::new([1.0], [0.0]).unwrap();
     let Ok(Ok(_)) = run.map(|run| run.step(h, &mut state)) else { return false };
     (state.q[0] - angle.cos()).abs() < 1e-9 && (state.p[0] + angle.sin()).abs() < 1e-9
@@ -260,7 +261,7 @@ fn a_step_costs_what_its_row_says_and_nothing_else() {
 /// The evaluations of a closed form on the damped oscillator; `None` if equations are solved.
 fn closed(row: &Row) -> Option<f64> {
     let mut state = State::new([0.7], [0.4]).unwrap();
-    let run = linear(row, DampedOscillator::new(1.0, 0.1).unwrap()).unwrap();
+    let run = oscillator(1.0, 0.1).bind::<f64>(row, As::Linear).unwrap();
     let effort = run.step(0.1, &mut state).unwrap();
     (effort.iterations == 0).then_some(effort.evaluations as f64)
 }

@@ -1,15 +1,16 @@
 //! Friction that couples the momenta, D = C(q) p: orders, K, passivity in sum, refusals.
 
-use crate::slope;
-use afterbay_core::taylor::trajectory;
+use crate::bind::{AnySeparable, after, by_force};
+use crate::many::orders::orders_at_end;
+use crate::many::{exact_end, start};
 use afterbay_core::{
-    Dissipation, DissipationForm, Grid, InputError, Method, Passive, Scalar, Separable, State,
+    Dissipation, DissipationForm, InputError, Method, Passive, Scalar, Separable, State,
     StepFailure, System, integrate,
 };
-use afterbay_methods::{Composition, Increment, Leapfrog, Rk4};
+use afterbay_methods::registry::find;
+use afterbay_methods::{Composition, Increment, Leapfrog};
 use allocation_counter::measure;
 use proptest::prelude::*;
-use slope::slope;
 
 /// A chain with fixed ends, H = Σ p_j²/(2 m_j) + Σ q_j²/2 + Σ r²/2 + r⁴/4, and D = S R S ∂H/∂p with
 /// S = diag(1 + s q_j²).
@@ -107,40 +108,22 @@ impl<T: Scalar> Separable<T> for Chain {
     }
 }
 
-const N: usize = 4;
-
 fn four(swell: f64) -> Chain {
     let shape = [[0.5, -0.4, 0.1], [0.3, 0.6, -0.5], [-0.4, 0.2, 0.7], [0.6, -0.3, 0.2]];
     Chain::new(vec![1.0, 1.7, 0.6, 1.2], &shape.map(Vec::from), swell)
 }
 
-fn start() -> State<[f64; N]> {
-    State::new([0.8, -0.3, 0.5, -0.6], [0.2, 0.9, -0.7, 0.5]).unwrap()
+fn begin() -> State<Vec<f64>> {
+    start([&[0.8, -0.3, 0.5, -0.6], &[0.2, 0.9, -0.7, 0.5]])
 }
 
-/// The slopes of the errors of q, p and w at t = 1.
-fn orders<M: Method<[f64; N], Chain>>(system: &Chain, method: &M, counts: &[u64]) -> [f64; 3] {
-    let end = &trajectory::<Chain, _, 24>(system, &start(), 1.0, 1).unwrap()[1];
-    let far = |a: &[f64; N], b: &[f64; N]| {
-        a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
-    let errors: Vec<[f64; 3]> = counts
-        .iter()
-        .map(|&count| {
-            let mut state = start();
-            integrate(
-                method,
-                system,
-                Grid { h: 1.0 / count as f64, steps: count },
-                &mut state,
-                &mut (),
-            )
-            .unwrap();
-            [far(&state.q, &end.q), far(&state.p, &end.p), far(&state.w, &end.w)]
-        })
-        .collect();
-    let steps: Vec<f64> = counts.iter().map(|&count| 1.0 / count as f64).collect();
-    [0, 1, 2].map(|part| slope(&steps, &errors.iter().map(|error| error[part]).collect::<Vec<_>>()))
+/// The orders of q, p and w at t = 1.
+fn orders(system: &Chain, method: &Increment, counts: &[u64]) -> [f64; 3] {
+    orders_at_end(&exact_end(system, &begin(), 1.0), counts, &mut |grid| {
+        let mut state = begin();
+        integrate::<_, AnySeparable<f64>, _, _>(method, system, grid, &mut state, &mut ()).unwrap();
+        state
+    })
 }
 
 #[test]
@@ -168,7 +151,9 @@ fn compositions_keep_their_order() {
 
 #[test]
 fn an_explicit_method_needs_nothing() {
-    let found = orders(&four(0.4), &Rk4, &[60, 84, 120]);
+    let (run, begin) = (by_force(find("rk4").unwrap(), four(0.4)).unwrap(), begin());
+    let exact = exact_end(&four(0.4), &begin, 1.0);
+    let found = orders_at_end(&exact, &[60, 84, 120], &mut |grid| after(&run, grid, &begin));
     assert!(found.iter().all(|found| (found - 4.0).abs() < 0.1), "{found:?}");
 }
 
@@ -195,7 +180,8 @@ fn step(
     h: f64,
     state: &mut State<Vec<f64>>,
 ) -> Result<(), StepFailure> {
-    let mut workspace = Method::<Vec<f64>, Chain>::workspace(method, chain).unwrap();
+    let chain: &dyn Separable<f64> = chain;
+    let mut workspace = method.workspace(chain).unwrap();
     method.step(chain, h, state, &mut workspace).map(|_| ())
 }
 
@@ -279,11 +265,18 @@ fn a_reservoir_alone_may_be_drained() {
     assert!(state.w[0] > 0.0 && state.w[1] < 0.0 && state.w[0] + state.w[1] > 0.0, "{:?}", state.w);
 }
 
+fn refusal<M>(method: &M, chain: &Chain) -> Result<(), InputError>
+where
+    M: Method<Vec<f64>, AnySeparable<f64>>,
+{
+    method.workspace(chain).map(drop)
+}
+
 #[test]
 fn what_is_coupled_and_not_linear_is_refused() {
     let chain = Chain { damping: DissipationForm { linear: false, ..PASSIVE }, ..four(0.0) };
     for composition in [Composition::sweep(), Composition::pair(), Composition::kahan_li8()] {
-        match Method::<[f64; N], Chain>::workspace(&Increment::new(composition), &chain) {
+        match refusal(&Increment::new(composition), &chain) {
             Err(error @ InputError::Unsupported { method: "increment", .. }) => {
                 let message = error.to_string();
                 assert!(
@@ -302,25 +295,25 @@ fn too_many_momenta_with_a_skew_part_are_refused() {
     let row = |j: usize| (0..n).map(|k| if k == j + 1 { 0.1 } else { 0.0 }).collect();
     let friction = (0..n).map(row).collect();
     let chain = Chain { masses: vec![1.0; n], friction, swell: 0.0, damping: PASSIVE };
-    match Method::<Vec<f64>, Chain>::workspace(&Increment::new(Composition::pair()), &chain) {
+    match refusal(&Increment::new(Composition::pair()), &chain) {
         Err(error @ InputError::Unsupported { method: "increment", .. }) => {
             let message = error.to_string();
             assert!(message.contains("not symmetric") && message.contains("gonzalez"), "{message}");
         }
-        other => panic!("{:?}", other.map(drop)),
+        other => panic!("{other:?}"),
     }
 }
 
 #[test]
 fn leapfrog_refuses_coupled_friction() {
-    match Method::<[f64; N], Chain>::workspace(&Leapfrog, &four(0.0)) {
+    match refusal(&Leapfrog, &four(0.0)) {
         Err(error @ InputError::Unsupported { method: "leapfrog", .. }) => {
             assert!(error.to_string().contains("couples the momenta"), "{error}");
         }
         other => panic!("{other:?}"),
     }
     let uncoupled = Chain { damping: DissipationForm { coupled: false, ..PASSIVE }, ..four(0.0) };
-    assert!(Method::<[f64; N], Chain>::workspace(&Leapfrog, &uncoupled).is_ok());
+    assert_eq!(refusal(&Leapfrog, &uncoupled), Ok(()));
 }
 
 #[test]
@@ -338,12 +331,12 @@ fn a_singular_equation_is_named_and_leaves_the_state_alone() {
 
 #[test]
 fn a_step_allocates_nothing() {
-    let (chain, method) = (four(0.4), Increment::new(Composition::suzuki4()));
-    let mut state = State::new(start().q.to_vec(), start().p.to_vec()).unwrap();
-    let mut workspace = Method::<Vec<f64>, Chain>::workspace(&method, &chain).unwrap();
+    let method = Increment::new(Composition::suzuki4());
+    let (chain, mut state): (&dyn Separable<f64>, _) = (&four(0.4), begin());
+    let mut workspace = method.workspace(chain).unwrap();
     let taken = measure(|| {
         for _ in 0..50 {
-            method.step(&chain, 0.1, &mut state, &mut workspace).unwrap();
+            method.step(chain, 0.1, &mut state, &mut workspace).unwrap();
         }
     });
     assert_eq!(taken.count_total, 0);

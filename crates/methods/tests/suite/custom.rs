@@ -1,68 +1,33 @@
 //! Systems given by expressions agree with the built-in ones under every kind of method, and
 //! conserve K.
 
-use afterbay_core::{Curvature, Grid, Method, Quad, Scalar, Separable, State, integrate};
-use afterbay_methods::{Composition, Gonzalez, Increment, Leapfrog, ModDg, Rk4};
-use afterbay_systems::{Custom, Description, DissipationText, Duffing, FputChain, VanDerPolRing};
+use crate::bind::after;
+use crate::catalog::{As, Built, chain, duffing, ring, written};
+use crate::many::{self, errors};
+use afterbay_core::{Grid, Quad, Scalar, State};
+use afterbay_methods::registry::{Row, find};
+use afterbay_systems::{Description, DissipationText};
 
-fn custom(potential: &str, forces: Vec<String>, parameters: &[(&str, f64)]) -> Custom<f64> {
+fn custom(potential: &str, forces: Vec<String>, parameters: &[(&str, f64)]) -> Built {
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
     let (potential, friction) = (potential.to_owned(), DissipationText::Forces(forces));
-    Custom::new(&Description {
-        potential,
-        dissipation: friction,
-        parameters,
-        ..Description::default()
-    })
-    .unwrap()
+    written(&Description { potential, dissipation: friction, parameters, ..Description::default() })
 }
 
-/// The end of a run of 200 steps, and the change of K.
-fn run<M, S>(method: &M, system: &S, start: &State<Vec<f64>>) -> (State<Vec<f64>>, f64)
-where
-    M: Method<Vec<f64>, S>,
-    S: Separable<f64>,
-{
-    let mut state = start.clone();
-    integrate(method, system, Grid::of(0.05, 200).unwrap(), &mut state, &mut ()).unwrap();
-    let drift = state.total(system) - start.total(system);
-    (state, drift)
+/// Checks that both systems have the same end after 200 steps, and that the method keeps K.
+fn same(row: &Row, own: &Built, built_in: &Built, start: &State<Vec<f64>>) {
+    let grid = Grid::of(0.05, 200).unwrap();
+    let a = after(&own.bind(row, As::Separable).unwrap(), grid, start);
+    let b = after(&built_in.bind(row, As::Separable).unwrap(), grid, start);
+    assert!(errors(&a, &b).iter().all(|&off| off < 1e-11), "{}: {a:?} {b:?}", row.name);
+    let (drift, size) = (a.total(&**own) - start.total(&**own), 1.0 + start.total(&**own).abs());
+    assert!(!row.keeps_k || drift.abs() < 1e-13 * size, "{}: K moves by {drift:e}", row.name);
 }
 
-fn same<M, B>(
-    name: &str,
-    method: &M,
-    own: &Custom<f64>,
-    built_in: &B,
-    start: &State<Vec<f64>>,
-    keeps: bool,
-) where
-    M: Method<Vec<f64>, Custom<f64>> + Method<Vec<f64>, B>,
-    B: Curvature<f64> + Separable<f64>,
-{
-    let ((a, drift), (b, _)) = (run(method, own, start), run(method, built_in, start));
-    for (a, b) in [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)] {
-        for (a, b) in a.iter().zip(b) {
-            assert!((a - b).abs() < 1e-11, "{name}: {a} {b}");
-        }
-    }
-    assert!(
-        !keeps || drift.abs() < 1e-13 * (1.0 + start.total(own).abs()),
-        "{name}: K moves by {drift:e}"
-    );
-}
-
-fn all<B: Curvature<f64> + Separable<f64>>(
-    own: &Custom<f64>,
-    built_in: &B,
-    start: &State<Vec<f64>>,
-) {
-    same("leapfrog", &Leapfrog, own, built_in, start, false);
-    same("rk4", &Rk4, own, built_in, start, false);
-    same("increment-2", &Increment::new(Composition::pair()), own, built_in, start, true);
-    same("gonzalez", &Gonzalez::default(), own, built_in, start, true);
-    if start.dof() == 1 {
-        same("moddg", &ModDg::newton(), own, built_in, start, true);
+fn all(own: &Built, built_in: &Built, start: &State<Vec<f64>>) {
+    let names = ["leapfrog", "rk4", "increment-2", "gonzalez", "moddg"];
+    for name in &names[..if start.dof() == 1 { 5 } else { 4 }] {
+        same(find(name).unwrap(), own, built_in, start);
     }
 }
 
@@ -74,7 +39,7 @@ fn trajectories_are_those_of_the_built_in_systems() {
         &[("alpha", -1.0), ("beta", 1.0), ("c", 0.1)],
     );
     let start = State::new(vec![1.3], vec![0.4]).unwrap();
-    all(&own, &Duffing::new(-1.0, 1.0, 0.1).unwrap(), &start);
+    all(&own, &duffing(-1.0, 1.0, 0.1), &start);
 
     let n = 5;
     let start =
@@ -87,7 +52,7 @@ fn trajectories_are_those_of_the_built_in_systems() {
     let forces = |text: fn(usize) -> String| (1..=n).map(text).collect::<Vec<_>>();
     let potential = (0..=n).map(bond).collect::<Vec<_>>().join(" + ");
     let own = custom(&potential, forces(|j| format!("c*p{j}")), &[("beta", 0.5), ("c", 0.05)]);
-    all(&own, &FputChain::new(n, 0.5, 0.05).unwrap(), &start);
+    all(&own, &chain(n, 0.5, 0.05), &start);
 
     let member = |j: usize| format!("q{j}^2/2 + kappa/2*(q{} - q{j})^2", j % n + 1);
     let potential = (1..=n).map(member).collect::<Vec<_>>().join(" + ");
@@ -96,7 +61,7 @@ fn trajectories_are_those_of_the_built_in_systems() {
         forces(|j| format!("-mu*(1 - q{j}^2)*p{j}")),
         &[("mu", 0.7), ("kappa", 0.3)],
     );
-    all(&own, &VanDerPolRing::new(n, 0.7, 0.3).unwrap(), &start);
+    all(&own, &ring(n, 0.7, 0.3), &start);
 }
 
 /// A pendulum with masses, and friction between its members given as a matrix; in 31 digits, so
@@ -116,14 +81,12 @@ fn what_is_not_polynomial_keeps_k_too() {
         parameters: vec![(text("g"), 1.5), (text("c"), 0.1)],
         ..Description::default()
     };
-    let own = Custom::new(&description).unwrap();
-    let own = own.map(Quad::from_f64);
-    let lift = |x: [f64; 2]| x.map(Quad::from_f64);
-    let start = State::new(lift([0.9, -0.4]), lift([0.1, 1.5])).unwrap();
-    let mut end = start.clone();
-    let grid = Grid::of(0.05, 200).unwrap();
-    integrate(&Increment::new(Composition::pair()), &own, grid, &mut end, &mut ()).unwrap();
-    let drift = (end.total(&own) - start.total(&own)).to_f64();
+    let own = written(&description);
+    let start = many::start([&[0.9, -0.4], &[0.1, 1.5]]);
+    let run = own.bind::<Quad>(find("increment-2").unwrap(), As::Separable).unwrap();
+    let own = own.separable::<Quad>();
+    let end = after(&run, Grid::of(0.05, 200).unwrap(), &start);
+    let drift = (end.total(&*own) - start.total(&*own)).to_f64();
     assert!(drift.abs() < 1e-27, "K moves by {drift:e}");
     assert!((end.w[0] + end.w[1]).to_f64() > 0.01, "{:?}", end.w);
 }

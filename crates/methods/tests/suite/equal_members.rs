@@ -1,8 +1,13 @@
 //! Chains and rings given by expressions, eight members at a time, move as they do one at a time.
 
-use afterbay_core::{Grid, State, System, integrate};
-use afterbay_methods::{Composition, Increment, Tiled};
-use afterbay_systems::{Custom, Description, DissipationText, FputChain};
+use crate::bind::AnyMembers;
+use crate::catalog::{chain, written};
+use crate::many::errors;
+use crate::tiled::{one_at_a_time, side_by_side};
+use afterbay_core::{Grid, State};
+use afterbay_methods::Composition;
+use afterbay_systems::{Description, DissipationText};
+use std::sync::Arc;
 
 /// Toda's chain with free ends, the chain of Fermi, Pasta, Ulam and Tsingou between walls, and
 /// rings of rotors and of Van der Pol oscillators.
@@ -16,13 +21,13 @@ const TEXTS: [(&str, &str); 4] = [
     ("sum(i, 1, n, q[i]^2/2 + 0.3*(q[wrap(i+1)] - q[i])^2/2)", "-0.5*(1 - q[i]^2)*p[i]"),
 ];
 
-fn custom(n: usize, (potential, dissipation): (&str, &str)) -> Custom<f64> {
+fn custom(n: usize, (potential, dissipation): (&str, &str)) -> Arc<AnyMembers> {
     let description = Description {
         potential: potential.to_owned(),
         dissipation: DissipationText::Forces(vec![dissipation.to_owned(); n]),
         ..Default::default()
     };
-    Custom::new(&description).unwrap()
+    written(&description).members()
 }
 
 fn start(n: usize) -> State<Vec<f64>> {
@@ -32,9 +37,7 @@ fn start(n: usize) -> State<Vec<f64>> {
 
 /// The largest difference of q, p and w.
 fn apart(a: &State<Vec<f64>>, b: &State<Vec<f64>>) -> f64 {
-    let pairs = [(&a.q, &b.q), (&a.p, &b.p), (&a.w, &b.w)];
-    let differences = pairs.into_iter().flat_map(|(a, b)| a.iter().zip(b));
-    differences.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    errors(a, b).into_iter().fold(0.0, f64::max)
 }
 
 #[test]
@@ -42,17 +45,13 @@ fn eight_at_a_time_move_as_one_at_a_time() {
     for text in TEXTS {
         for n in [16, 18, 36, 1030] {
             for composition in [Composition::sweep(), Composition::pair(), Composition::suzuki4()] {
-                let system = custom(n, text);
+                let system = &*custom(n, text);
                 let grid = Grid::of(0.1, 11).unwrap();
-                let (mut eight, mut one) = (start(n), start(n));
-                let tiled = Tiled::new(composition.clone());
-                integrate(&tiled, &system, grid, &mut eight, &mut ()).unwrap();
-                let order = system.coupling().coloured(n);
-                let single = Increment::new(composition).in_order(order);
-                integrate(&single, &system, grid, &mut one, &mut ()).unwrap();
+                let eight = side_by_side(system, &composition, 1, grid, start(n));
+                let one = one_at_a_time(system, &composition, grid, start(n));
                 let off = apart(&eight, &one);
                 assert!(off < 1e-13, "{} with {n} members: {off:e}", text.0);
-                let (before, after) = (start(n).total(&system), eight.total(&system));
+                let (before, after) = (start(n).total(system), eight.total(system));
                 assert!((after - before).abs() < 1e-13 * n as f64, "{}", text.0);
             }
         }
@@ -62,11 +61,8 @@ fn eight_at_a_time_move_as_one_at_a_time() {
 #[test]
 fn a_chain_from_text_moves_as_the_built_in_one() {
     let (n, grid) = (50, Grid::of(0.05, 40).unwrap());
-    let (text, built_in) = (custom(n, TEXTS[1]), FputChain::new(n, 0.5, 0.02).unwrap());
-    let method = Tiled::new(Composition::pair());
-    let (mut a, mut b) = (start(n), start(n));
-    integrate(&method, &text, grid, &mut a, &mut ()).unwrap();
-    integrate(&method, &built_in, grid, &mut b, &mut ()).unwrap();
-    let off = apart(&a, &b);
+    let (text, built_in) = (custom(n, TEXTS[1]), chain(n, 0.5, 0.02).members());
+    let end = |system: &AnyMembers| side_by_side(system, &Composition::pair(), 1, grid, start(n));
+    let off = apart(&end(&*text), &end(&*built_in));
     assert!(off < 1e-12, "{off:e}");
 }

@@ -1,11 +1,14 @@
 //! K at any step size: exact edges, edges resolved by quadrature, and steps that are refused.
 
+use crate::bind::AnySeparable;
+use crate::catalog::{Built, written};
+use crate::many;
 use afterbay_core::{
-    Dissipation, Formulas, FromFormulas, Grid, Line, Method, Quad, Scalar, Separable, State,
-    StepFailure, System, integrate,
+    Dissipation, Formulas, FromFormulas, Line, Method, Quad, Scalar, Separable, State, StepFailure,
+    System,
 };
 use afterbay_methods::{Composition, Increment, ModDg};
-use afterbay_systems::{Custom, Description, DissipationText};
+use afterbay_systems::{Description, DissipationText};
 
 /// A pendulum given only by its force; with g = 9.81 it is that of the guide.
 struct Pendulum {
@@ -86,9 +89,9 @@ impl Formulas for Written {
 }
 
 /// The largest change of K in some steps, relative to its terms.
-fn drift<'a, M: Method<Vec<f64>, dyn Separable<f64> + 'a>>(
+fn drift<M: Method<Vec<f64>, AnySeparable<f64>>>(
     method: &M,
-    system: &'a (dyn Separable<f64> + 'a),
+    system: &AnySeparable<f64>,
     h: f64,
     q: Vec<f64>,
     p: Vec<f64>,
@@ -161,10 +164,12 @@ fn formulas_make_the_system() {
         }
     }
     // In 106 bits, in which an error of quadrature would be visible.
-    let start = State::new([Quad::from(0.3)], [Quad::from(20.0)]).unwrap();
+    let (system, start): (&dyn Separable<Quad>, _) = (&written, many::start([&[0.3], &[20.0]]));
     let mut end = start.clone();
-    integrate(&ModDg::newton(), &written, Grid::of(0.7, 20).unwrap(), &mut end, &mut ()).unwrap();
-    assert!((end.total(&written) - start.total(&written)).abs().0 < 1e-27);
+    for _ in 0..20 {
+        ModDg::newton().step(system, Quad::from_f64(0.7), &mut end, &mut ()).unwrap();
+    }
+    assert!((end.total(system) - start.total(system)).abs().0 < 1e-27);
 }
 
 /// V = q²/2 plus, at q = 1, a bump between all nodes of the quadrature, or a pole.
@@ -257,16 +262,10 @@ fn an_edge_that_is_no_mean_is_refused() {
     assert!(matches!(found, Err(StepFailure::BalanceLost { .. })), "{found:?}");
 }
 
-pub(crate) fn custom(potential: &str, n: usize, c: f64) -> Custom<f64> {
+pub(crate) fn custom(potential: &str, n: usize, c: f64) -> Built {
     let friction = DissipationText::Forces((1..=n).map(|j| format!("c*p{j}")).collect());
     let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
-    Custom::new(&Description {
-        potential,
-        dissipation: friction,
-        parameters,
-        ..Description::default()
-    })
-    .unwrap()
+    written(&Description { potential, dissipation: friction, parameters, ..Description::default() })
 }
 
 #[test]
@@ -285,14 +284,14 @@ fn a_step_across_a_singularity_is_refused_by_name() {
     ];
     let (mut refused, mut turned) = (0, 0);
     for (potential, q, p) in cases {
-        let system = custom(potential, 1, 0.1);
+        let system = &*custom(potential, 1, 0.1).separable::<f64>();
         for h in [0.3, 1.0, 4.0] {
             let mut state = State::new(vec![q], vec![p]).unwrap();
             let before = state.clone();
-            for outcome in [ModDg::newton().step(&system, h, &mut state.clone(), &mut ()), {
+            for outcome in [ModDg::newton().step(system, h, &mut state.clone(), &mut ()), {
                 let pair = Increment::new(Composition::pair());
-                let mut workspace = pair.workspace(&system).unwrap();
-                pair.step(&system, h, &mut state, &mut workspace)
+                let mut workspace = pair.workspace(system).unwrap();
+                pair.step(system, h, &mut state, &mut workspace)
             }] {
                 match outcome {
                     Err(StepFailure::AcrossSingularity { dof, from, to }) => {

@@ -1,11 +1,11 @@
 //! K on steps many orders of magnitude too long, and near the largest numbers: a step keeps it to
 //! the rounding of its terms, or is refused.
 
-use crate::bind::curved;
+use crate::bind::AnySeparable;
+use crate::catalog::{As, Both, Built};
 use crate::k_on_expressions::{Count, FRICTIONS, TERMS, bind, custom};
-use afterbay_core::{Grid, IntegrateError, Mask, Quad, Scalar, State, StateRef, System, Tolerance};
-use afterbay_methods::registry::{ADAPTIVE, FIXED, METHODS, Number, Row, Run, Setting};
-use afterbay_systems::Custom;
+use afterbay_core::{Grid, IntegrateError, Mask, Quad, Scalar, State, StateRef, Tolerance};
+use afterbay_methods::registry::{ADAPTIVE, FIXED, METHODS, Row, Run, Setting};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use std::ops::ControlFlow;
@@ -30,30 +30,30 @@ struct Scene {
 }
 
 impl Scene {
-    fn system(&self) -> Custom<f64> {
+    fn system(&self) -> Built {
         custom(&self.potential, self.friction, self.q.len(), self.c)
     }
 
     /// The states that a method with a fixed step shows.
-    fn states<T: Number>(&self, row: &Row, system: &Custom<T>) -> Vec<State<Vec<T>>> {
+    fn states<T: Both>(&self, row: &Row, system: &Built) -> Vec<State<Vec<T>>> {
         let Some(run) = bind(row, system) else { return Vec::new() };
         let grid = Grid { h: T::from_f64(self.h), steps: 3 };
-        self.follow(&run, system, grid.into(), row.name)
+        self.follow(&run, &*system.separable(), grid.into(), row.name)
     }
 
     /// The states that a method shows within a tolerance.
     fn states_within(&self, row: &Row, relative: f64) -> Vec<State<Vec<f64>>> {
         let system = self.system();
-        let run = curved(row, system.clone()).unwrap();
+        let run = system.bind(row, As::Curved).unwrap();
         let setting = Setting::Tolerance(Tolerance::all(relative), self.h.min(3.0));
-        self.follow(&run, &system, setting, row.name)
+        self.follow(&run, &*system.separable(), setting, row.name)
     }
 
     /// The first states of a run, as long as K is finite.
-    fn follow<T: Number>(
+    fn follow<T: Both>(
         &self,
         run: &Run<T>,
-        system: &Custom<T>,
+        system: &AnySeparable<T>,
         setting: Setting<T>,
         name: &str,
     ) -> Vec<State<Vec<T>>> {
@@ -106,7 +106,7 @@ fn large() -> impl Strategy<Value = Scene> {
                 let by = |z: &[f64], factor: f64| z.iter().map(|z| z * factor).collect::<Vec<_>>();
                 let q = by(&scene.q, if kind == 1 { 1.0 } else { factor });
                 let p = by(&scene.p, if kind == 2 { 1.0 } else { factor.min(1e150) });
-                let energy = System::<f64>::energy(&system, &q, &p).abs();
+                let energy = system.energy(&q, &p).abs();
                 (q, p, energy)
             };
             let [mut low, mut high] = [0.0, 308.0];
@@ -122,14 +122,15 @@ fn large() -> impl Strategy<Value = Scene> {
 }
 
 /// Compares K before and after each step of all methods.
-fn check<T: Number>(cases: u32, scenes: impl Strategy<Value = Scene>, roundings: f64) {
+fn check<T: Both>(cases: u32, scenes: impl Strategy<Value = Scene>, roundings: f64) {
     let taken = std::cell::Cell::new(0);
     TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(cases) })
         .run(&scenes, |scene| {
-            let system = scene.system().map(T::from_f64);
+            let system = scene.system();
+            let exact = system.separable::<T>();
             for row in FIXED.iter().filter(|row| row.keeps_k) {
                 let mut count = Count::default();
-                count.look(&system, &scene.states(row, &system), |_| 0.0);
+                count.look(&*exact, &scene.states::<T>(row, &system), |_| 0.0);
                 taken.set(taken.get() + count.taken);
                 prop_assert!(count.worst <= roundings * T::EPSILON, "{}: {count:?}", row.name);
             }
@@ -167,7 +168,7 @@ fn an_adaptive_run_near_overflow_keeps_k() {
             let system = scene.system();
             for row in ADAPTIVE.iter().filter(|row| row.keeps_k) {
                 let mut count = Count::default();
-                count.look(&system, &scene.states_within(row, 10f64.powf(exponent)), |_| 0.0);
+                count.look(&*system, &scene.states_within(row, 10f64.powf(exponent)), |_| 0.0);
                 taken.set(taken.get() + count.taken);
                 let allowed = LARGE_ROUNDINGS * f64::EPSILON;
                 prop_assert!(count.worst <= allowed, "{}: {count:?}", row.name);
@@ -205,9 +206,9 @@ fn steps_that_lost_k() {
         for row in METHODS.iter().filter(|row| row.keeps_k) {
             let mut count = Count::default();
             if FIXED.iter().any(|fixed| fixed.name == row.name) {
-                count.look(&system, &scene.states(row, &system), |_| 0.0);
+                count.look(&*system, &scene.states(row, &system), |_| 0.0);
             } else {
-                count.look(&system, &scene.states_within(row, 1e-6), |_| 0.0);
+                count.look(&*system, &scene.states_within(row, 1e-6), |_| 0.0);
             }
             assert!(count.worst <= ROUNDINGS * f64::EPSILON, "{} {count:?} {scene:?}", row.name);
         }
@@ -229,13 +230,13 @@ fn k_at_angles_beyond_all_digits() {
             q: vec![-7.661358690749824 * scale, 4.790797717813381 * scale],
             p: vec![-5.87088764875693e-3 * scale, -1.479511747493908e-2 * scale],
         };
-        let quad = system.map(Quad::from_f64);
+        let quad = system.separable::<Quad>();
         for row in FIXED.iter().filter(|row| row.keeps_k) {
             let mut count = Count::default();
-            count.look(&system, &scene.states(row, &system), |_| 0.0);
+            count.look(&*system, &scene.states(row, &system), |_| 0.0);
             assert!(count.worst <= ROUNDINGS * f64::EPSILON, "{} {count:?} {scene:?}", row.name);
             let mut count = Count::default();
-            count.look(&quad, &scene.states(row, &quad), |_| 0.0);
+            count.look(&*quad, &scene.states::<Quad>(row, &system), |_| 0.0);
             assert!(
                 count.worst <= ROUNDINGS * <Quad as Scalar>::EPSILON,
                 "{} {count:?} {scene:?}",

@@ -1,16 +1,16 @@
 //! Failures of steps: each names the place, the cause and the size of the error, and leaves the
 //! state unchanged.
 
-use crate::bind::{linear, nonlinear};
-use afterbay_core::solver::FixedPoint;
+use crate::bind::{Curved, by_force};
+use crate::catalog::{As, Built, duffing, modified_van_der_pol, oscillator, van_der_pol};
 use afterbay_core::{
-    Block, Curvature, Dissipation, Grid, IntegrateError, Method, OrderRaising, Quantity, RunError,
-    Separable, State, StepFailure, System, integrate,
+    Block, Curvature, Dissipation, Grid, IntegrateError, Method, Quantity, RunError, Separable,
+    State, StateRef, StepFailure, System,
 };
-use afterbay_methods::moddg::steps::{Equation, Plain};
+use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{FIXED, Needs, Run, find};
-use afterbay_methods::{Gonzalez, Leapfrog, LinearSolver, ModDg, Rk4};
-use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
+use afterbay_methods::{Gonzalez, LinearSolver};
+use std::ops::ControlFlow;
 
 /// A free particle with D = 0.1 p and V = 0 up to q = 1, beyond which the force is NaN.
 struct Wall;
@@ -77,19 +77,12 @@ pub(crate) fn state(q: f64, p: f64) -> State<[f64; 1]> {
     State::new([q], [p]).unwrap()
 }
 
-pub(crate) fn oscillator(k: f64, b: f64) -> DampedOscillator<f64> {
-    DampedOscillator::new(k, b).unwrap()
+pub(crate) fn bound(name: &str, system: &Built) -> Run<f64> {
+    system.bind(find(name).unwrap(), As::Nonlinear).unwrap()
 }
 
-pub(crate) fn bound<S: OrderRaising<f64> + Curvature<f64> + 'static>(
-    name: &str,
-    system: S,
-) -> Run<f64> {
-    nonlinear(find(name).unwrap(), system).unwrap()
-}
-
-pub(crate) fn closed(name: &str, system: DampedOscillator<f64>) -> Run<f64> {
-    linear(find(name).unwrap(), system).unwrap()
+pub(crate) fn closed(name: &str, system: &Built) -> Run<f64> {
+    system.bind(find(name).unwrap(), As::Linear).unwrap()
 }
 
 /// The failure of a step, after checking that the state is unchanged.
@@ -110,20 +103,16 @@ pub(crate) fn assert_says(error: &impl std::fmt::Display, parts: &[&str]) {
 }
 
 /// Runs until the force is NaN, and checks that the state is that after the last successful step.
-fn run_into_the_wall<M: Method<[f64; 1], Wall>>(
-    method: &M,
-    step: u64,
-    failure: impl Fn(&StepFailure) -> bool,
-) {
+fn run_into_the_wall(name: &str, step: u64, failure: impl Fn(&StepFailure) -> bool) {
     let h = 0.125;
-    let start = || {
-        let mut start = state(-0.3, 1.0);
-        start.t = 5.0;
-        start
-    };
+    let start = || State { t: 5.0, ..State::new(vec![-0.3], vec![1.0]).unwrap() };
     let (mut met, mut good) = (start(), start());
-    let error = integrate(method, &Wall, Grid::of(h, 100).unwrap(), &mut met, &mut ()).unwrap_err();
-    integrate(method, &Wall, Grid::of(h, step - 1).unwrap(), &mut good, &mut ()).unwrap();
+    let run = |steps: u64, state: &mut State<Vec<f64>>| {
+        let run = by_force(find(name).unwrap(), Wall).unwrap();
+        run.run(Grid::of(h, steps).unwrap(), state, 1, &mut |_, _| ControlFlow::Continue(()))
+    };
+    let error = run(100, &mut met).unwrap_err();
+    run(step - 1, &mut good).unwrap();
     let IntegrateError::Run(error) = error else { panic!("{error}") };
     assert!(error.step == step && error.t == good.t && failure(&error.failure), "{error:?}");
     assert_eq!(met, good);
@@ -141,25 +130,19 @@ fn a_force_that_ends_stops_the_run_at_the_last_good_step() {
     };
     // A step fails when a trial point lies behind the wall; the particle needs 1.4 time units to
     // reach it.
-    run_into_the_wall(&Leapfrog, 12, of(Quantity::Momentum));
-    run_into_the_wall(&Rk4, 12, of(Quantity::Coordinate));
-    run_into_the_wall(&ModDg::newton(), 12, of(Quantity::Force));
-    run_into_the_wall(&ModDg { steps: Plain, solver: FixedPoint }, 12, of(Quantity::Force));
+    run_into_the_wall("leapfrog", 12, of(Quantity::Momentum));
+    run_into_the_wall("rk4", 12, of(Quantity::Coordinate));
+    run_into_the_wall("moddg", 12, of(Quantity::Force));
+    run_into_the_wall("moddg-fixed-point", 12, of(Quantity::Force));
 }
 
 #[test]
 fn the_degree_of_freedom_is_named() {
-    let start = State::new([0.0, 0.9], [0.0, 1.0]).unwrap();
-    for (error, quantity) in [
-        (
-            integrate(&Leapfrog, &Pair, Grid::of(0.2, 9).unwrap(), &mut start.clone(), &mut ()),
-            Quantity::Momentum,
-        ),
-        (
-            integrate(&Rk4, &Pair, Grid::of(0.2, 9).unwrap(), &mut start.clone(), &mut ()),
-            Quantity::Momentum,
-        ),
-    ] {
+    for (name, quantity) in [("leapfrog", Quantity::Momentum), ("rk4", Quantity::Momentum)] {
+        let mut state = State::new(vec![0.0, 0.9], vec![0.0, 1.0]).unwrap();
+        let run = by_force(find(name).unwrap(), Pair).unwrap();
+        let mut look = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+        let error = run.run(Grid::of(0.2, 9).unwrap(), &mut state, 1, &mut look);
         let IntegrateError::Run(RunError { step: 1, t: 0.0, failure }) = error.unwrap_err() else {
             panic!()
         };
@@ -173,7 +156,7 @@ fn the_degree_of_freedom_is_named() {
 
 #[test]
 fn a_stiff_simple_iteration_does_not_contract() {
-    let stiff = Duffing::new(1e3, 1.0, 0.1).unwrap();
+    let stiff = &duffing(1e3, 1.0, 0.1);
     let found = failure(&bound("moddg-fixed-point", stiff), 1.0, &state(1.0, 0.5));
     let StepFailure::NotContracting { dof: 0, iterations, ratio } = found else {
         panic!("{found}")
@@ -192,7 +175,7 @@ fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
     // ∂F/∂v is -2e12 here, so the rounding of q changes F by as much as the updates, which must not
     // count as convergence.
     let (mu, alpha, beta) = (-4.639779684474526, 3.7658394849613304, -8.126693682460336e-12);
-    let system = ModifiedVanDerPol::new(mu, alpha, beta).unwrap();
+    let system = &modified_van_der_pol(mu, alpha, beta);
     let run = bound("moddg-fixed-point", system);
     let found = failure(&run, 1.922333041947047, &state(680728.5370767893, 0.0));
     assert!(matches!(found, StepFailure::NotContracting { .. }), "{found}");
@@ -202,8 +185,7 @@ fn a_simple_iteration_far_from_contracting_is_not_taken_for_done() {
 fn a_solution_that_does_not_last_to_the_end_of_the_step_is_none() {
     // V = -q²/2 - 5 q⁴/4 is unbounded below: the solution that continues from h = 0 merges with
     // another before the end of the step, and both vanish.
-    let found =
-        failure(&bound("moddg", Duffing::new(-1.0, -5.0, 0.1).unwrap()), 5.0, &state(2.0, 1.0));
+    let found = failure(&bound("moddg", &duffing(-1.0, -5.0, 0.1)), 5.0, &state(2.0, 1.0));
     let StepFailure::SeveralSolutions { dof: 0, share } = found else { panic!("{found}") };
     assert!(share > 0.0 && share < 0.2, "{found}");
     assert_says(&found, &["degree of freedom 1", "several solutions", "smaller step"]);
@@ -211,21 +193,21 @@ fn a_solution_that_does_not_last_to_the_end_of_the_step_is_none() {
 
 #[test]
 fn delta_q_has_its_pole_at_turning_points() {
-    let system = oscillator(1.0, 0.1);
+    let system = &oscillator(1.0, 0.1);
     for row in FIXED.iter().filter(|row| row.poles().contains(&Equation::Q)) {
         let found = failure(&closed(row.name, system), 0.1, &state(1.0, 0.0));
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
         assert_says(&found, &["degree of freedom 1", "pole", "0e0"]);
     }
     let nonlinear_pole =
-        failure(&bound("moddg-q3-shared", VanDerPol::new(0.5).unwrap()), 0.1, &state(1.5, 0.0));
+        failure(&bound("moddg-q3-shared", &van_der_pol(0.5)), 0.1, &state(1.5, 0.0));
     assert!(matches!(nonlinear_pole, StepFailure::Pole { .. }), "{nonlinear_pole}");
 }
 
 #[test]
 fn delta_p_has_its_pole_where_the_force_vanishes() {
     // k q + b p = 0 exactly.
-    let (system, start) = (oscillator(2.0, 0.5), state(0.25, -1.0));
+    let (system, start) = (&oscillator(2.0, 0.5), state(0.25, -1.0));
     for row in FIXED.iter().filter(|row| row.poles().contains(&Equation::P)) {
         let found = failure(&closed(row.name, system), 0.1, &start);
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
@@ -235,7 +217,7 @@ fn delta_p_has_its_pole_where_the_force_vanishes() {
 #[test]
 fn a_system_at_rest_is_a_pole_too() {
     for row in FIXED.iter().filter(|row| !row.poles().is_empty()) {
-        let found = failure(&closed(row.name, oscillator(1.0, 0.1)), 0.1, &state(0.0, 0.0));
+        let found = failure(&closed(row.name, &oscillator(1.0, 0.1)), 0.1, &state(0.0, 0.0));
         assert_eq!(found, StepFailure::Pole { dof: 0, denominator: 0.0 }, "{}", row.name);
     }
 }
@@ -244,7 +226,7 @@ fn a_system_at_rest_is_a_pole_too() {
 fn without_damping_there_is_no_pole() {
     for row in FIXED.iter().filter(|row| row.needs != Needs::Printed) {
         for start in [state(1.0, 0.0), state(0.0, 1.0)] {
-            closed(row.name, oscillator(1.0, 0.0)).step(0.1, &mut start.clone()).unwrap();
+            closed(row.name, &oscillator(1.0, 0.0)).step(0.1, &mut start.clone()).unwrap();
         }
     }
 }
@@ -252,11 +234,11 @@ fn without_damping_there_is_no_pole() {
 #[test]
 fn a_closed_form_without_a_solution_is_singular() {
     // σ = 1 + h/2 (b + h k/2) = 1 + (-2.5 + 0.5)/2 = 0.
-    let found = failure(&closed("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
+    let found = failure(&closed("moddg", &oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
     assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
     assert_says(&found, &["degree of freedom 1", "0e0", "singular"]);
     // Newton's method finds no solution either.
-    let found = failure(&bound("moddg", oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
+    let found = failure(&bound("moddg", &oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
     assert!(
         matches!(found, StepFailure::NewtonStalled { iterations, .. } if iterations > 50),
         "{found}"
@@ -267,7 +249,7 @@ fn a_closed_form_without_a_solution_is_singular() {
 #[test]
 fn leapfrog_is_singular_where_the_drive_cancels_the_momentum() {
     // 1 + h/2 ∂D/∂p = 1 - h/2 μ (1 - q²) = 0.
-    let found = failure(&bound("leapfrog", VanDerPol::new(4.0).unwrap()), 0.5, &state(0.0, 1.0));
+    let found = failure(&bound("leapfrog", &van_der_pol(4.0)), 0.5, &state(0.0, 1.0));
     assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
 }
 
@@ -296,8 +278,9 @@ fn no_degrees_of_freedom_are_nothing_to_do() {
     {
         let mut state = State::new(vec![], vec![]).unwrap();
         let method = Gonzalez { solver: Some(solver) };
-        let mut workspace = Method::<Vec<f64>, Nobody>::workspace(&method, &Nobody).unwrap();
-        method.step(&Nobody, 0.1, &mut state, &mut workspace).unwrap();
+        let nobody: &Curved<f64> = &Nobody;
+        let mut workspace = method.workspace(nobody).unwrap();
+        method.step(nobody, 0.1, &mut state, &mut workspace).unwrap();
         assert_eq!(state.dof(), 0);
     }
 }
@@ -305,8 +288,8 @@ fn no_degrees_of_freedom_are_nothing_to_do() {
 #[test]
 fn a_step_of_no_time_changes_nothing() {
     for row in FIXED.iter().filter(|row| row.poles().is_empty()) {
-        let solved = nonlinear(row, Duffing::new(1.0, 1.0, 0.5).unwrap()).ok();
-        let closed = linear(row, oscillator(2.0, 0.5)).ok();
+        let solved = duffing(1.0, 1.0, 0.5).bind(row, As::Nonlinear).ok();
+        let closed = oscillator(2.0, 0.5).bind(row, As::Linear).ok();
         for run in solved.into_iter().chain(closed) {
             let (start, mut after) = (state(1.3, -0.7), state(1.3, -0.7));
             let outcome = run.step(0.0, &mut after);

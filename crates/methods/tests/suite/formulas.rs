@@ -1,10 +1,12 @@
 //! A system given by its formulas alone: its second derivatives, and every method of the registry.
 
+use crate::bind::Curved;
+use crate::catalog::{Built, written};
 use afterbay_core::{
     Abilities, Curvature, DissipationForm, Formulas, FromFormulas, Grid, Passive, Scalar, State,
 };
 use afterbay_methods::registry::{self, FIXED, Row, Setting};
-use afterbay_systems::{Custom, Description, DissipationText};
+use afterbay_systems::{Description, DissipationText};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -41,21 +43,20 @@ impl Formulas for Coupled {
 }
 
 /// The system of [`Coupled`] from expressions.
-fn coupled() -> Custom<f64> {
+fn coupled() -> Built {
     let rate = "0.1*(1 + (q1*q2)^2)";
     let forces = [format!("{rate}*(p1 - p2/2)"), format!("{rate}*(p2/2 - p1)")];
-    Custom::new(&Description {
+    written(&Description {
         potential: "(q1 - q2)^2*(q1^2 + 1) - cos(q1) - cos(q2)".into(),
         dissipation: DissipationText::Forces(forces.to_vec()),
         masses: vec!["1".into(), "2".into()],
         ..Description::default()
     })
-    .unwrap()
 }
 
 #[test]
 fn formulas_have_second_derivatives() {
-    fn matrices<S: Curvature<f64>>(system: &S) -> BTreeMap<(String, usize, usize), f64> {
+    fn matrices(system: &Curved<f64>) -> BTreeMap<(String, usize, usize), f64> {
         let mut all = BTreeMap::new();
         system.curvature(&[0.4, -1.3], &[0.7, 0.2], |block, i, j, x| {
             *all.entry((format!("{block:?}"), i, j)).or_insert(0.0) += x;
@@ -63,7 +64,7 @@ fn formulas_have_second_derivatives() {
         all.retain(|_, x| *x != 0.0);
         all
     }
-    let (found, exact) = (matrices(&FromFormulas(Coupled)), matrices(&coupled()));
+    let (found, exact) = (matrices(&FromFormulas(Coupled)), matrices(&*coupled().curved()));
     assert_eq!(found.keys().collect::<Vec<_>>(), exact.keys().collect::<Vec<_>>());
     for (key, found) in found {
         assert!((found - exact[&key]).abs() < 1e-14, "{key:?}: {found} {}", exact[&key]);
@@ -82,7 +83,7 @@ fn formulas_run_by_every_method_that_runs_the_expressions() {
     };
     let mut compared = 0;
     for row in FIXED {
-        let [a, b] = [run(Arc::new(FromFormulas(Coupled)), row), run(Arc::new(coupled()), row)];
+        let [a, b] = [run(Arc::new(FromFormulas(Coupled)), row), run(coupled().abilities(), row)];
         assert_eq!(a.is_some(), b.is_some(), "{}", row.name);
         let (Some(a), Some(b)) = (a, b) else { continue };
         let pairs = |x: &State<Vec<f64>>| [x.q.clone(), x.p.clone(), x.w.clone()].concat();

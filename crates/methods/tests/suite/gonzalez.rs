@@ -1,71 +1,65 @@
 //! Gonzalez's discrete gradient: orders, linear solvers, storage, the discrete equations, failures.
 
-use crate::slope;
-use crate::systems;
-use afterbay_core::taylor::trajectory;
+use crate::bind::{Curved, after, curved, erased};
+use crate::many::orders::orders_at_end;
+use crate::many::{InSeries, exact_end};
+use crate::systems::{Springs, Twisted, start};
 use afterbay_core::{
-    Block, Coupling, Curvature, DissipationForm, Grid, InputError, Method, Quad, Scalar, Series,
-    State, StepFailure, System, Vector, integrate,
+    Block, Coupling, Curvature, DissipationForm, Grid, InputError, IntegrateError, Method, Quad,
+    RunError, State, StepFailure, System, Vector, integrate,
 };
+use afterbay_methods::registry::{Number, Run, find};
 use afterbay_methods::{Gonzalez, LinearSolver};
 use nalgebra::{DVector, SVector};
-use slope::slope;
-use systems::{Springs, Twisted, start};
+use std::sync::Arc;
 
 const METHOD: Gonzalez = Gonzalez { solver: None };
 const SOLVERS: [LinearSolver; 4] =
     [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense];
 
-fn state<T: Scalar, const N: usize>() -> State<[T; N]> {
-    let (q, p) = start(N);
-    State::new(q.try_into().unwrap(), p.try_into().unwrap()).unwrap()
-}
-
-/// The slopes of the global errors of q, p and w at t = 1, from their largest entries.
-fn orders<T, S, const N: usize>(system: &S, counts: &[u64]) -> [f64; 3]
-where
-    T: Scalar,
-    S: Curvature<T> + System<Series<T, 24>>,
-{
-    let exact = trajectory::<_, _, 24>(system, &state(), T::one(), 1).unwrap()[1].clone();
-    let mut errors = [(); 3].map(|()| Vec::new());
-    for &count in counts {
-        let mut end = state::<T, N>();
-        let grid = Grid { h: T::one() / T::from_f64(count as f64), steps: count };
-        integrate(&METHOD, system, grid, &mut end, &mut ()).unwrap();
-        let far = |a: [T; N], b: [T; N]| {
-            a.iter().zip(b).map(|(&a, b)| (a - b).to_f64().abs()).fold(0.0, f64::max)
-        };
-        errors[0].push(far(end.q, exact.q));
-        errors[1].push(far(end.p, exact.p));
-        errors[2].push(far(end.w, exact.w));
-        let start = state::<T, N>().total(system);
-        let drift = (end.total(system) - start).to_f64().abs();
-        assert!(drift < 20.0 * T::EPSILON * (count as f64).sqrt() * start.to_f64(), "{drift:e}");
-    }
-    let steps: Vec<f64> = counts.iter().map(|&count| 1.0 / count as f64).collect();
-    let slopes = errors.map(|errors| slope(&steps, &errors));
-    println!("{slopes:.3?}");
-    assert!(slopes.iter().all(|slope| (slope - 2.0).abs() < 0.1), "{slopes:?}");
-    slopes
+/// Checks that the slopes of the global errors of q, p and w at t = 1 are 2, and K.
+pub(crate) fn check_order<T: Number>(
+    system: &Arc<Curved<T>>,
+    series: &InSeries<T>,
+    counts: &[u64],
+) {
+    let (q, p) = start(system.dof());
+    let begin = State::new(q, p).unwrap();
+    let k = begin.total(&**system);
+    let run = erased(find("gonzalez").unwrap(), system.clone()).unwrap();
+    let found = orders_at_end(&exact_end(series, &begin, 1.0), counts, &mut |grid| {
+        let end = after(&run, grid, &begin);
+        let drift = (end.total(&**system) - k).to_f64().abs();
+        let roundings = 20.0 * (grid.steps as f64).sqrt();
+        assert!(drift < roundings * T::EPSILON * k.to_f64().abs(), "{drift:e}");
+        end
+    });
+    println!("{found:.3?}");
+    assert!(found.iter().all(|slope| (slope - 2.0).abs() < 0.1), "{found:?}");
 }
 
 #[test]
 fn order_2_in_q_p_and_w() {
-    let (counts, fine) = ([50, 70, 100, 140, 200], [200, 400, 800]);
-    let twisted = Twisted { c: 0.3, offset: 0.0 };
-    orders::<f64, _, 2>(&twisted, &counts);
-    orders::<Quad, _, 2>(&twisted, &fine);
-    orders::<f64, _, 5>(&Springs::chain(5, 0.2), &counts);
-    orders::<Quad, _, 5>(&Springs::chain(5, 0.2), &fine);
-    orders::<f64, _, 4>(&Springs::ring(4, 0.2), &counts);
-    orders::<Quad, _, 4>(&Springs::ring(4, 0.2), &fine);
+    fn check<T: Number>(counts: &[u64]) {
+        let twisted = Arc::new(Twisted { c: 0.3, offset: 0.0 });
+        check_order::<T>(&(twisted.clone() as Arc<Curved<T>>), &*twisted, counts);
+        for springs in [Springs::chain(5, 0.2), Springs::ring(4, 0.2)].map(Arc::new) {
+            check_order::<T>(&(springs.clone() as Arc<Curved<T>>), &*springs, counts);
+        }
+    }
+    check::<f64>(&[50, 70, 100, 140, 200]);
+    check::<Quad>(&[200, 400, 800]);
+}
+
+/// The method in the form of the registry.
+fn bound<S: Curvature<f64> + 'static>(system: S) -> Run<f64> {
+    curved(find("gonzalez").unwrap(), system).unwrap()
 }
 
 /// The state after `steps` steps of h = 0.1.
 fn carry<S, V>(method: Gonzalez, system: &S, steps: u64, q: V, p: V) -> State<V>
 where
-    S: Curvature<f64>,
+    S: Curvature<f64> + ?Sized,
     V: Vector<Scalar = f64>,
 {
     let mut state = State::new(q, p).unwrap();
@@ -82,10 +76,14 @@ fn numbers<V: Vector<Scalar = f64>>(state: &State<V>) -> Vec<f64> {
 fn every_linear_solver_leads_to_the_same_state() {
     let refused =
         |error: &InputError| matches!(error, InputError::Unsupported { method: "gonzalez", .. });
-    let check = |system: &dyn Fn(Gonzalez) -> Result<Vec<f64>, InputError>, chain: bool| {
-        let chosen = system(METHOD).unwrap();
+    let check = |system: &Curved<f64>, (q, p): (Vec<f64>, Vec<f64>), chain: bool| {
+        let end = |method: Gonzalez| {
+            Method::<Vec<f64>, _>::workspace(&method, system)?;
+            Ok(numbers(&carry(method, system, 10, q.clone(), p.clone())))
+        };
+        let chosen: Vec<f64> = end(METHOD).unwrap();
         for solver in SOLVERS {
-            match system(Gonzalez { solver: Some(solver) }) {
+            match end(Gonzalez { solver: Some(solver) }) {
                 Ok(found) => {
                     for (a, b) in chosen.iter().zip(&found) {
                         assert!((a - b).abs() < 2e-14 * (1.0 + a.abs()), "{solver:?}: {a} {b}");
@@ -97,34 +95,24 @@ fn every_linear_solver_leads_to_the_same_state() {
             }
         }
     };
-    let springs = |system: Springs| {
-        move |method: Gonzalez| {
-            Method::<Vec<f64>, _>::workspace(&method, &system)?;
-            let (q, p) = start(system.masses.len());
-            Ok(numbers(&carry(method, &system, 10, q, p)))
-        }
-    };
-    check(&springs(Springs::chain(3, 0.2)), true);
-    check(&springs(Springs::chain(50, 0.2)), true);
-    check(&springs(Springs::ring(50, 0.2)), false);
-    check(&springs(Springs::dense(60, 0.2)), false);
-    let twisted = Twisted { c: 0.3, offset: 0.0 };
-    let twist = move |method: Gonzalez| {
-        Method::<[f64; 2], _>::workspace(&method, &twisted)?;
-        Ok(numbers(&carry(method, &twisted, 10, [0.4, -0.7], [1.1, 0.2])))
-    };
-    check(&twist, false);
+    check(&Springs::chain(3, 0.2), start(3), true);
+    check(&Springs::chain(50, 0.2), start(50), true);
+    check(&Springs::ring(50, 0.2), start(50), false);
+    check(&Springs::dense(60, 0.2), start(60), false);
+    check(&Twisted { c: 0.3, offset: 0.0 }, (vec![0.4, -0.7], vec![1.1, 0.2]), false);
 }
 
+/// Nor does the erasure of the type of the system.
 #[test]
 fn storage_changes_no_bit() {
     let twisted = Twisted { c: 0.3, offset: 0.0 };
+    let erased: &Curved<f64> = &twisted;
     let (q, p) = ([0.4, -0.7], [1.1, 0.2]);
     let array = numbers(&carry(METHOD, &twisted, 100, q, p));
-    assert_eq!(array, numbers(&carry(METHOD, &twisted, 100, q.to_vec(), p.to_vec())));
-    assert_eq!(array, numbers(&carry(METHOD, &twisted, 100, SVector::from(q), SVector::from(p))));
+    assert_eq!(array, numbers(&carry(METHOD, erased, 100, q.to_vec(), p.to_vec())));
+    assert_eq!(array, numbers(&carry(METHOD, erased, 100, SVector::from(q), SVector::from(p))));
     let (dq, dp) = (DVector::from_row_slice(&q), DVector::from_row_slice(&p));
-    assert_eq!(array, numbers(&carry(METHOD, &twisted, 100, dq, dp)));
+    assert_eq!(array, numbers(&carry(METHOD, erased, 100, dq, dp)));
 }
 
 #[test]
@@ -132,7 +120,7 @@ fn without_dissipation_h_is_kept_and_nothing_is_held() {
     for system in [Springs::chain(12, 0.0), Springs::ring(12, 0.0), Springs::dense(12, 0.0)] {
         let (q, p) = start::<f64>(12);
         let before = system.energy(&q, &p);
-        let state = carry(METHOD, &system, 1000, q, p);
+        let state = carry::<Curved<f64>, _>(METHOD, &system, 1000, q, p);
         assert_eq!(state.w, vec![0.0; 12]);
         assert!((state.energy(&system) / before - 1.0).abs() < 2e-14);
     }
@@ -149,7 +137,7 @@ fn the_equations_as_they_are_written_are_solved() {
     };
     let energy = |q: &[f64; 2], p: &[f64; 2]| System::<f64>::energy(&system, q, p);
     let mut state = State::new([0.9, -0.4], [0.3, 1.2]).unwrap();
-    let mut workspace = METHOD.workspace(&system).unwrap();
+    let run = bound(system.clone());
     for _ in 0..50 {
         // Fixed-point iteration of the discrete equations.
         let (q0, p0, w0) = (state.q, state.p, state.w);
@@ -172,7 +160,7 @@ fn the_equations_as_they_are_written_are_solved() {
                 w1[j] = w0[j] + h * d[j] * (hp[j] + lambda * dp[j]);
             }
         }
-        METHOD.step(&system, h, &mut state, &mut workspace).unwrap();
+        run.step(h, &mut state).unwrap();
         let pairs =
             state.q.iter().zip(&q1).chain(state.p.iter().zip(&p1)).chain(state.w.iter().zip(&w1));
         for (found, expected) in pairs {
@@ -184,12 +172,12 @@ fn the_equations_as_they_are_written_are_solved() {
 #[test]
 fn each_reservoir_only_fills() {
     let system = Springs::chain(2, 0.5);
-    let mut workspace = Method::<[f64; 2], _>::workspace(&METHOD, &system).unwrap();
+    let run = bound(system);
     let mut least = 0.0_f64;
     for i in 0..40_000 {
         let angle = f64::from(i) * 0.7;
         let mut state = State::new([angle.sin(), 0.3], [(1.3 * angle).cos(), -0.2]).unwrap();
-        METHOD.step(&system, 0.5, &mut state, &mut workspace).unwrap();
+        run.step(0.5, &mut state).unwrap();
         least = least.min(state.w[0]).min(state.w[1]);
     }
     assert!(least >= 0.0, "{least:e}");
@@ -197,9 +185,12 @@ fn each_reservoir_only_fills() {
 
 #[test]
 fn a_decay_to_rest_is_followed_to_the_end() {
+    let carry = |system: Twisted, steps: u64, q: [f64; 2], p: [f64; 2]| {
+        carry::<Curved<f64>, _>(METHOD, &system, steps, q.to_vec(), p.to_vec())
+    };
     for offset in [0.0, 1.0, -30.0] {
         let system = Twisted { c: 0.8, offset };
-        let state = carry(METHOD, &system, 5000, [0.4, -0.3], [0.2, 0.1]);
+        let state = carry(system, 5000, [0.4, -0.3], [0.2, 0.1]);
         assert!(numbers(&state)[..4].iter().all(|x| x.abs() < 1e-12), "{state:?}");
         let start = System::<f64>::energy(&system, &[0.4, -0.3], &[0.2, 0.1]);
         let drift = (state.total(&system) - start).abs();
@@ -207,14 +198,9 @@ fn a_decay_to_rest_is_followed_to_the_end() {
         // The same from every distance: the rounding of H has no effect.
         for exponent in 1..140 {
             let size = 10_f64.powi(-exponent);
-            let state = carry(METHOD, &system, 3, [size, -size], [0.0, size / 3.0]);
-            let midpoint = carry(
-                METHOD,
-                &Twisted { c: 0.8, offset: 0.0 },
-                3,
-                [size, -size],
-                [0.0, size / 3.0],
-            );
+            let state = carry(system, 3, [size, -size], [0.0, size / 3.0]);
+            let centred = Twisted { c: 0.8, offset: 0.0 };
+            let midpoint = carry(centred, 3, [size, -size], [0.0, size / 3.0]);
             for (a, b) in numbers(&state)[..4].iter().zip(&numbers(&midpoint)[..4]) {
                 let noise = 1e-14 * size + 20.0 * 1e-16 * offset.abs() / size;
                 assert!((a - b).abs() < noise.min(1e-3 * size), "{offset} {size:e}: {a:e} {b:e}");
@@ -257,11 +243,10 @@ impl Curvature<f64> for Endless {
 #[test]
 fn failures_have_names_and_leave_the_state_alone() {
     let fails = |(a, b): (f64, f64), h: f64, q: f64| {
-        let system = Endless(a, b);
         let mut state = State::new([q], [1.0]).unwrap();
-        let mut workspace = METHOD.workspace(&system).unwrap();
-        let failure = METHOD.step(&system, h, &mut state, &mut workspace).unwrap_err();
+        let error = bound(Endless(a, b)).step(h, &mut state).unwrap_err();
         assert_eq!((state.q, state.p, state.w), ([q], [1.0], [0.0]));
+        let IntegrateError::Run(RunError { failure, .. }) = error else { panic!("{error}") };
         failure
     };
     let stalled = fails((1.0, 0.0), 2.0, 2.0);
@@ -278,15 +263,15 @@ fn failures_have_names_and_leave_the_state_alone() {
 
 #[test]
 fn what_was_before_is_no_part_of_a_step() {
-    let system = Springs::chain(30, 0.2);
+    let system: &Curved<f64> = &Springs::chain(30, 0.2);
     let (q, p) = start::<f64>(30);
     let mut state = State::new(q, p).unwrap();
-    let mut used = METHOD.workspace(&system).unwrap();
+    let mut used = METHOD.workspace(system).unwrap();
     // The same after a longer step, and after one that failed.
     for h in [0.02, 0.02, 5.0, 0.02, f64::NAN, 0.3, 0.02] {
         let mut alone = state.clone();
-        let fresh = METHOD.step(&system, h, &mut alone, &mut METHOD.workspace(&system).unwrap());
-        assert_eq!(METHOD.step(&system, h, &mut state, &mut used).is_ok(), fresh.is_ok());
+        let fresh = METHOD.step(system, h, &mut alone, &mut METHOD.workspace(system).unwrap());
+        assert_eq!(METHOD.step(system, h, &mut state, &mut used).is_ok(), fresh.is_ok());
         assert_eq!(alone, state, "{h}");
     }
 }

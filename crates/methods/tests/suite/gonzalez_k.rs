@@ -118,12 +118,12 @@ proptest! {
             1 if n > 2 => Springs::ring(n, c),
             _ => Springs::dense(n, c),
         };
-        let system = Springs { masses, ..springs };
+        let system: &Curved<f64> = &Springs { masses, ..springs };
         let mut state = State::new(q, p).unwrap();
-        let mut workspace = METHOD.workspace(&system).unwrap();
+        let mut workspace = METHOD.workspace(system).unwrap();
         for _ in 0..6 {
             let before = state.w.clone();
-            if METHOD.step(&system, h, &mut state, &mut workspace).is_err() {
+            if METHOD.step(system, h, &mut state, &mut workspace).is_err() {
                 break;
             }
             for (before, after) in before.iter().zip(&state.w) {
@@ -140,12 +140,12 @@ proptest! {
         h in prop_oneof![1e-6..0.1, 0.1..10.0], c in 0.0..5.0,
         z in prop::array::uniform4(-2.0..2.0),
     ) {
-        let system = Twisted { c, offset: 0.0 };
-        let mut state: State<[f64; 2]> = State::new([z[0], z[1]], [z[2], z[3]]).unwrap();
-        let mut workspace = METHOD.workspace(&system).unwrap();
+        let system: &Curved<f64> = &Twisted { c, offset: 0.0 };
+        let mut state = State::new(z[..2].to_vec(), z[2..].to_vec()).unwrap();
+        let mut workspace = METHOD.workspace(system).unwrap();
         for _ in 0..6 {
-            let before = state.w;
-            if METHOD.step(&system, h, &mut state, &mut workspace).is_err() {
+            let before = state.w.clone();
+            if METHOD.step(system, h, &mut state, &mut workspace).is_err() {
                 break;
             }
             prop_assert!(!Passive::InSum.violated(&before, &state.w), "{:?} {:?}", before, state.w);

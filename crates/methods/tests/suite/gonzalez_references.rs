@@ -1,60 +1,32 @@
 //! Systems of several degrees of freedom: orders, and end states computed with another library.
 
-use crate::bind::Curved;
-use crate::slope;
-use afterbay_core::taylor::trajectory;
-use afterbay_core::{Grid, Quad, Scalar, Series, State, System, integrate};
-use afterbay_methods::Gonzalez;
-use afterbay_systems::{DampedDoublePendulum, FputChain, VanDerPolRing};
-use slope::slope;
+use crate::bind::after;
+use crate::catalog::{As, Both, Built, chain, pendulum, ring};
+use crate::gonzalez::check_order;
+use afterbay_core::{Grid, Quad, State};
+use afterbay_methods::registry::{Run, find};
+use afterbay_systems::catalog::Expandable;
 
 /// q, p and w at `end`, after `steps` steps.
-fn carry<T: Scalar>(system: &Curved<T>, q: &[T], p: &[T], end: f64, steps: u64) -> [Vec<T>; 3] {
-    let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
-    let grid = Grid { h: T::from_f64(end) / T::from_f64(steps as f64), steps };
-    integrate(&Gonzalez::default(), system, grid, &mut state, &mut ()).unwrap();
-    [state.q, state.p, state.w]
-}
-
-/// The largest absolute difference of two vectors.
-fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
-    a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().abs()).fold(0.0, f64::max)
-}
-
-/// Checks that the slopes of the global errors of q, p and w at t = 1 are 2.
-fn orders<T: Scalar, const N: usize>(
-    system: &Curved<T>,
-    series: &dyn System<Series<T, 24>>,
-    counts: &[u64],
-) {
-    let q: [T; N] = std::array::from_fn(|j| T::from_f64((0.4 + 1.7 * j as f64).sin()));
-    let p: [T; N] = std::array::from_fn(|j| T::from_f64((2.1 + 1.7 * j as f64).sin()));
-    let exact =
-        trajectory::<_, _, 24>(series, &State::new(q, p).unwrap(), T::one(), 1).unwrap()[1].clone();
-    let ends = counts.iter().map(|&count| carry(system, &q, &p, 1.0, count));
-    let errors: Vec<[f64; 3]> =
-        ends.map(|[q, p, w]| [far(&q, &exact.q), far(&p, &exact.p), far(&w, &exact.w)]).collect();
-    let steps: Vec<f64> = counts.iter().map(|&count| 1.0 / count as f64).collect();
-    for part in 0..3 {
-        let errors: Vec<f64> = errors.iter().map(|errors| errors[part]).collect();
-        let slope = slope(&steps, &errors);
-        assert!((slope - 2.0).abs() < 0.1, "order {slope} of {part}: {errors:?}");
-    }
+fn carry(run: &Run<f64>, q: &[f64], p: &[f64], end: f64, steps: u64) -> Vec<f64> {
+    let start = State::new(q.to_vec(), p.to_vec()).unwrap();
+    let State { q, p, w, .. } = after(run, Grid { h: end / steps as f64, steps }, &start);
+    [q, p, w].concat()
 }
 
 #[test]
 fn order_2_in_q_p_and_w() {
-    let (counts, fine) = ([50, 70, 100, 140, 200], [200, 400, 800]);
-    let quad = Quad::from_f64;
-    let pendulum = DampedDoublePendulum::new([1.0, 0.7], [1.0, 0.8], 9.81, [0.3, 0.2]).unwrap();
-    orders::<f64, 2>(&pendulum, &pendulum.map(Series::constant), &counts.map(|count| 4 * count));
-    orders::<Quad, 2>(&pendulum.map(quad), &pendulum.map(quad).map(Series::constant), &fine);
-    let chain = FputChain::new(5, 1.0, 0.2).unwrap();
-    orders::<f64, 5>(&chain, &chain.map(Series::constant), &counts);
-    orders::<Quad, 5>(&chain.map(quad), &chain.map(quad).map(Series::constant), &fine);
-    let ring = VanDerPolRing::new(4, 1.0, 0.3).unwrap();
-    orders::<f64, 4>(&ring, &ring.map(Series::constant), &counts);
-    orders::<Quad, 4>(&ring.map(quad), &ring.map(quad).map(Series::constant), &fine);
+    fn check<T: Both + Expandable>(counts: &[u64], finer: u64) {
+        let order = |system: Built, counts: &[u64]| {
+            check_order::<T>(&system.curved(), &*system.series(), counts);
+        };
+        let shorter: Vec<u64> = counts.iter().map(|count| finer * count).collect();
+        order(pendulum([1.0, 0.7], [1.0, 0.8], 9.81, [0.3, 0.2]), &shorter);
+        order(chain(5, 1.0, 0.2), counts);
+        order(ring(4, 1.0, 0.3), counts);
+    }
+    check::<f64>(&[50, 70, 100, 140, 200], 4);
+    check::<Quad>(&[200, 400, 800], 1);
 }
 
 /// End states computed by mpmath to 30 digits (crates/systems/tests/data/many_degrees.py).
@@ -69,13 +41,13 @@ fn reference(system: &str, t: &str) -> [Vec<f64>; 3] {
 
 /// The method is symmetric, so its error is a series in h². Extrapolation from four step sizes
 /// removes three of its terms.
-fn check(name: &str, times: [&str; 2], h: f64, system: &Curved<f64>) {
+fn check(name: &str, times: [&str; 2], h: f64, system: &Built) {
     let [q, p, _] = reference(name, "0");
+    let run = system.bind(find("gonzalez").unwrap(), As::Curved).unwrap();
     for t in times {
         let end: f64 = t.parse().unwrap();
         let steps = (end / h).round() as u64;
-        let mut table =
-            [1, 2, 4, 8].map(|finer| carry(system, &q, &p, end, steps * finer).concat());
+        let mut table = [1, 2, 4, 8].map(|finer| carry(&run, &q, &p, end, steps * finer));
         for level in 1..4 {
             let share = 1.0 / (4.0_f64.powi(level as i32) - 1.0);
             for row in (level..4).rev() {
@@ -85,15 +57,16 @@ fn check(name: &str, times: [&str; 2], h: f64, system: &Curved<f64>) {
                 }
             }
         }
-        let off = far(&table[3], &reference(name, t).concat());
+        let exact = reference(name, t).concat();
+        let off = table[3].iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-11, "{name} at t = {t}: {off:e}");
     }
 }
 
 #[test]
 fn end_states_are_those_of_another_library() {
-    check("fput-chain", ["5", "20"], 0.02, &FputChain::new(8, 1.0, 0.05).unwrap());
-    let pendulum = DampedDoublePendulum::new([1.0; 2], [1.0; 2], 9.81, [0.1, 0.2]).unwrap();
+    check("fput-chain", ["5", "20"], 0.02, &chain(8, 1.0, 0.05));
+    let pendulum = pendulum([1.0; 2], [1.0; 2], 9.81, [0.1, 0.2]);
     check("damped-double-pendulum", ["2", "5"], 0.0025, &pendulum);
-    check("van-der-pol-ring", ["5", "10"], 0.01, &VanDerPolRing::new(5, 1.0, 0.3).unwrap());
+    check("van-der-pol-ring", ["5", "10"], 0.01, &ring(5, 1.0, 0.3));
 }

@@ -1,35 +1,25 @@
 //! Coordinate increments on chains and rings: orders, passivity of each row, storage, references.
 
-use crate::bind::separable;
-use crate::slope;
-use afterbay_core::taylor::trajectory;
+use crate::bind::after;
+use crate::catalog::{self, As, Both, Built};
+use crate::many::orders::orders_at_end;
+use crate::many::{self, exact_end};
 use afterbay_core::{
-    Coupling, Grid, InputError, Method, Passive, Quad, Scalar, Separable, Series, State, System,
-    Vector, integrate,
+    Coupling, Grid, InputError, Method, Passive, Quad, Scalar, Separable, State, Vector, integrate,
 };
-use afterbay_methods::registry::{FIXED, Row};
-use afterbay_methods::{Composition, Increment, ModDg};
-use afterbay_systems::{Duffing, FputChain, VanDerPolRing};
-use slope::slope;
+use afterbay_methods::registry::{FIXED, Row, find};
+use afterbay_methods::{Composition, Increment};
+use afterbay_systems::FputChain;
+use afterbay_systems::catalog::Expandable;
 
 const N: usize = 5;
 
-fn chain<T: Scalar>() -> FputChain<T> {
-    FputChain::new(N, T::from_f64(1.0), T::from_f64(0.3)).unwrap()
+fn chain() -> Built {
+    catalog::chain(N, 1.0, 0.3)
 }
 
-fn ring<T: Scalar>() -> VanDerPolRing<T> {
-    VanDerPolRing::new(N, T::from_f64(0.8), T::from_f64(0.6)).unwrap()
-}
-
-fn start<T: Scalar>() -> State<[T; N]> {
-    let q = [0.8, -0.3, 0.5, 1.1, -0.6].map(T::from_f64);
-    let p = [0.2, 0.9, -0.7, 0.4, 0.5].map(T::from_f64);
-    State::new(q, p).unwrap()
-}
-
-fn largest<T: Scalar>(a: &[T; N], b: &[T; N]) -> f64 {
-    a.iter().zip(b).map(|(&a, &b)| (a - b).abs().to_f64()).fold(0.0, f64::max)
+fn start<T: Scalar>() -> State<Vec<T>> {
+    many::start([&[0.8, -0.3, 0.5, 1.1, -0.6], &[0.2, 0.9, -0.7, 0.4, 0.5]])
 }
 
 /// The compositions and their orders.
@@ -49,41 +39,25 @@ fn compositions() -> [(Composition, f64); 8] {
 /// The end time of the runs from which the orders are measured.
 const END: f64 = 1.2;
 
-/// The slopes of the errors of q, p and w at the end, against the number of steps.
-fn orders<T: Scalar>(
-    system: &dyn Separable<T>,
-    exact: &dyn System<Series<T, 24>>,
-    method: &Increment,
-    counts: &[u64],
-) -> [f64; 3] {
-    let end = &trajectory::<_, _, 24>(exact, &start(), T::from_f64(END), 1).unwrap()[1];
-    let errors: Vec<[f64; 3]> = counts
-        .iter()
-        .map(|&count| {
-            let grid = Grid { h: T::from_f64(END) / T::from_f64(count as f64), steps: count };
-            let mut state = start();
-            integrate(method, system, grid, &mut state, &mut ()).unwrap();
-            [largest(&state.q, &end.q), largest(&state.p, &end.p), largest(&state.w, &end.w)]
-        })
-        .collect();
-    let steps: Vec<f64> = counts.iter().map(|&count| END / count as f64).collect();
-    [0, 1, 2].map(|variable| {
-        slope(&steps, &errors.iter().map(|error| error[variable]).collect::<Vec<_>>())
+/// The orders of q, p and w at the end.
+fn orders<T: Both + Expandable>(listed: &Built, method: &Increment, counts: &[u64]) -> [f64; 3] {
+    let system = &*listed.separable::<T>();
+    orders_at_end(&exact_end(&*listed.series::<T>(), &start(), END), counts, &mut |grid| {
+        let mut state = start();
+        integrate(method, system, grid, &mut state, &mut ()).unwrap();
+        state
     })
 }
 
 /// Checks the orders on a chain and a ring, in the natural order and coloured.
-fn check_orders<T: Scalar>(counts: impl Fn(f64, &Coupling) -> Vec<u64>) {
+fn check_orders<T: Both + Expandable>(counts: impl Fn(f64, &Coupling) -> Vec<u64>) {
     for (composition, order) in compositions() {
         let natural = Increment::new(composition);
-        for (coupling, of_chain) in [(Coupling::Chain, true), (Coupling::Ring, false)] {
+        for system in [chain(), catalog::ring(N, 0.8, 0.6)] {
+            let coupling = system.coupling();
             let coloured = natural.clone().in_order(coupling.coloured(N));
             for method in [&natural, &coloured] {
-                let found = if of_chain {
-                    orders::<T>(&chain(), &chain(), method, &counts(order, &coupling))
-                } else {
-                    orders::<T>(&ring(), &ring(), method, &counts(order, &coupling))
-                };
+                let found = orders::<T>(&system, method, &counts(order, &coupling));
                 println!("{order} {coupling:?} {found:.3?}");
                 assert!(
                     found.iter().all(|found| (found - order).abs() < 0.1),
@@ -117,13 +91,12 @@ fn compositions_have_their_order_in_31_digits() {
 /// The number of steps in which increments violate passivity, on a chain of masses at several step
 /// sizes.
 fn drained(row: &Row) -> usize {
-    let system = FputChain::new(N, 1.0, 0.8).unwrap();
-    let run = separable(row, system).unwrap();
+    let run = catalog::chain(N, 1.0, 0.8).bind::<f64>(row, As::Separable).unwrap();
     let mut count = 0;
     for h in [0.05, 0.3, 1.0] {
-        let mut state: State<[f64; N]> = start();
+        let mut state = start::<f64>();
         for _ in 0..200 {
-            let before = state.w;
+            let before = state.w.clone();
             if run.step(h, &mut state).is_err() {
                 break;
             }
@@ -145,38 +118,39 @@ fn increments_that_are_called_passive_are() {
     }
 }
 
+/// Nor does the erasure of the type of the system.
 #[test]
 fn storage_changes_no_bit() {
-    fn run<V: Vector<Scalar = f64>>() -> Vec<u64> {
-        let vector = |from: [f64; N]| {
+    fn run<V: Vector<Scalar = f64>, S: Separable<f64> + ?Sized>(system: &S) -> Vec<u64> {
+        let vector = |from: &[f64]| {
             let mut vector = V::zeros(N);
-            vector.as_mut_slice().copy_from_slice(&from);
+            vector.as_mut_slice().copy_from_slice(from);
             vector
         };
-        let from: State<[f64; N]> = start();
-        let mut state = State::new(vector(from.q), vector(from.p)).unwrap();
+        let from = start::<f64>();
+        let mut state = State::new(vector(&from.q), vector(&from.p)).unwrap();
         let method = Increment::new(Composition::kahan_li8());
-        integrate(&method, &chain::<f64>(), Grid::of(0.1, 50).unwrap(), &mut state, &mut ())
-            .unwrap();
+        integrate(&method, system, Grid::of(0.1, 50).unwrap(), &mut state, &mut ()).unwrap();
         [state.q, state.p, state.w]
             .iter()
             .flat_map(|part| part.as_slice().iter().map(|x| x.to_bits()))
             .collect()
     }
-    let fixed = run::<[f64; N]>();
-    assert_eq!(fixed, run::<Vec<f64>>());
-    assert_eq!(fixed, run::<nalgebra::DVector<f64>>());
-    assert_eq!(fixed, run::<nalgebra::SVector<f64, N>>());
+    let erased = &*chain().separable::<f64>();
+    let fixed = run::<[f64; N], _>(&FputChain::new(N, 1.0, 0.3).unwrap());
+    assert_eq!(fixed, run::<Vec<f64>, _>(erased));
+    assert_eq!(fixed, run::<nalgebra::DVector<f64>, _>(erased));
+    assert_eq!(fixed, run::<nalgebra::SVector<f64, N>, _>(erased));
 }
 
 #[test]
 fn with_one_degree_of_freedom_a_sweep_is_the_modified_discrete_gradient() {
-    let system = Duffing::new(-1.0, 1.0, 0.2).unwrap();
-    let grid = Grid::of(0.05, 400).unwrap();
-    let (mut one, mut other) =
-        (State::new([1.5], [0.5]).unwrap(), State::new([1.5], [0.5]).unwrap());
-    integrate(&ModDg::newton(), &system, grid, &mut one, &mut ()).unwrap();
-    integrate(&Increment::new(Composition::sweep()), &system, grid, &mut other, &mut ()).unwrap();
+    let start = State::new(vec![1.5], vec![0.5]).unwrap();
+    let [one, other] = ["moddg", "increment-1"].map(|name| {
+        let duffing = catalog::duffing(-1.0, 1.0, 0.2);
+        let run = duffing.bind(find(name).unwrap(), As::Separable).unwrap();
+        after(&run, Grid::of(0.05, 400).unwrap(), &start)
+    });
     assert_eq!(one, other);
 }
 
@@ -184,7 +158,7 @@ fn with_one_degree_of_freedom_a_sweep_is_the_modified_discrete_gradient() {
 fn an_order_that_is_none_is_refused() {
     for order in [vec![], vec![0, 1, 2, 3], vec![0, 1, 2, 3, 3], vec![0, 1, 2, 3, 5]] {
         let method = Increment::new(Composition::pair()).in_order(order);
-        let workspace = Method::<[f64; N], FputChain<f64>>::workspace(&method, &chain());
+        let workspace = Method::<Vec<f64>, _>::workspace(&method, &*chain().separable::<f64>());
         assert!(matches!(workspace, Err(InputError::Unsupported { .. })));
     }
 }
@@ -201,7 +175,8 @@ fn reference(system: &str, t: &str) -> [Vec<f64>; 3] {
 
 #[test]
 fn end_states_are_those_of_another_library() {
-    fn check(name: &str, times: [&str; 2], system: &dyn Separable<f64>) {
+    fn check(name: &str, times: [&str; 2], system: &Built) {
+        let system = &*system.separable::<f64>();
         let [q, p, _] = reference(name, "0");
         for t in times {
             let [q1, p1, w1] = reference(name, t);
@@ -219,6 +194,6 @@ fn end_states_are_those_of_another_library() {
             assert!((state.total(system) - before).abs() < 1e-12);
         }
     }
-    check("fput-chain", ["5", "20"], &FputChain::new(8, 1.0, 0.05).unwrap());
-    check("van-der-pol-ring", ["5", "10"], &VanDerPolRing::new(5, 1.0, 0.3).unwrap());
+    check("fput-chain", ["5", "20"], &catalog::chain(8, 1.0, 0.05));
+    check("van-der-pol-ring", ["5", "10"], &catalog::ring(5, 1.0, 0.3));
 }

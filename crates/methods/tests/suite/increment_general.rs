@@ -1,82 +1,55 @@
 //! Coordinate increments without a separable H: orders, the adjoint, references, storage, failures.
 
-use crate::planes;
-use crate::slope;
-use crate::systems;
-use afterbay_core::taylor::trajectory;
+use crate::bind::after;
+use crate::catalog::{self, As, Both, Built};
+use crate::many::orders::orders_at_end;
+use crate::many::{self, InSeries, errors, exact_end};
+use crate::planes::{Curved, Endless, TWISTED};
+use crate::systems::{Springs, Twisted, start};
 use afterbay_core::{
-    Grid, InputError, Method, PhasePlane, Quad, Scalar, Series, State, StepFailure, System, Vector,
-    integrate,
+    DissipationForm, Grid, InputError, Method, PhasePlane, PlaneDissipation, Quad, Scalar, Slopes,
+    State, StepFailure, System, Vector, integrate,
 };
+use afterbay_methods::registry::find;
 use afterbay_methods::{Composition, GeneralIncrement};
-use afterbay_systems::DampedDoublePendulum;
+use afterbay_systems::catalog::Expandable;
 use allocation_counter::measure;
-use planes::{Curved, Endless, TWISTED};
-use slope::slope;
-use systems::{Springs, Twisted, start};
 
 /// The pendulum of the references.
-pub(crate) fn pendulum<T: Scalar>(c: [f64; 2]) -> DampedDoublePendulum<T> {
-    let one = [T::one(); 2];
-    DampedDoublePendulum::new(one, one, T::from_f64(9.81), c.map(T::from_f64)).unwrap()
+pub(crate) fn pendulum(c: [f64; 2]) -> Built {
+    catalog::pendulum([1.0; 2], [1.0; 2], 9.81, c)
 }
 
-/// The slopes of the errors of q, p and w at t = 1.
-fn orders<T, S>(
-    system: &S,
-    from: &State<[T; 2]>,
+/// The orders of q, p and w at t = 1.
+fn orders<T: Scalar>(
+    system: &dyn PhasePlane<T>,
+    series: &InSeries<T>,
+    from: &State<Vec<T>>,
     method: &GeneralIncrement,
     counts: &[u64],
-) -> [f64; 3]
-where
-    T: Scalar,
-    S: PhasePlane<T> + SeriesToo<T>,
-{
-    let end = &trajectory::<_, _, 24>(&system.series(), from, T::one(), 1).unwrap()[1];
-    let far = |a: [T; 2], b: [T; 2]| {
-        a.iter().zip(b).map(|(&a, b)| (a - b).to_f64().abs()).fold(0.0, f64::max)
-    };
-    let mut errors = [(); 3].map(|()| Vec::new());
-    for &count in counts {
+) -> [f64; 3] {
+    orders_at_end(&exact_end(series, from, 1.0), counts, &mut |grid| {
         let mut state = from.clone();
-        let grid = Grid { h: T::one() / T::from_f64(count as f64), steps: count };
         integrate(method, system, grid, &mut state, &mut ()).unwrap();
-        errors[0].push(far(state.q, end.q));
-        errors[1].push(far(state.p, end.p));
-        errors[2].push(far(state.w, end.w));
-    }
-    let steps: Vec<f64> = counts.iter().map(|&count| 1.0 / count as f64).collect();
-    errors.map(|errors| slope(&steps, &errors))
+        state
+    })
 }
 
-/// The same system in Taylor series arithmetic.
-trait SeriesToo<T: Scalar> {
-    fn series(&self) -> impl System<Series<T, 24>>;
-}
-impl<T: Scalar> SeriesToo<T> for DampedDoublePendulum<T> {
-    fn series(&self) -> impl System<Series<T, 24>> {
-        self.map(Series::constant)
-    }
-}
-impl<T: Scalar> SeriesToo<T> for Curved {
-    fn series(&self) -> impl System<Series<T, 24>> {
-        Self(self.0)
-    }
+pub(crate) fn state<T: Scalar>(q: [f64; 2], p: [f64; 2]) -> State<Vec<T>> {
+    many::start([&q, &p])
 }
 
-pub(crate) fn state<T: Scalar>(q: [f64; 2], p: [f64; 2]) -> State<[T; 2]> {
-    State::new(q.map(T::from_f64), p.map(T::from_f64)).unwrap()
-}
-
-fn check_orders<T: Scalar>(compositions: &[(Composition, f64, [u64; 3])]) {
+fn check_orders<T: Both + Expandable>(compositions: &[(Composition, f64, [u64; 3])]) {
     for (composition, order, counts) in compositions {
         let natural = GeneralIncrement::new(composition.clone());
         for method in [natural.clone(), natural.in_order(vec![1, 0])] {
             let swing = state([0.4, -0.3], [0.5, 0.7]);
             let curve = state([0.4, -0.7], [1.1, 0.2]);
+            let (swinging, curved) = (pendulum([0.1, 0.2]), Curved([0.3, 0.2]));
+            let (planes, series) = (&*swinging.planes(), &*swinging.series());
             let found = [
-                orders::<T, _>(&pendulum([0.1, 0.2]), &swing, &method, counts),
-                orders::<T, _>(&Curved([0.3, 0.2]), &curve, &method, counts),
+                orders::<T>(planes, series, &swing, &method, counts),
+                orders::<T>(&curved, &curved, &curve, &method, counts),
             ];
             println!("{order} {found:.3?}");
             assert!(
@@ -110,66 +83,54 @@ fn compositions_have_their_order_in_31_digits() {
 /// A sweep of h followed by its adjoint of -h restores the state.
 #[test]
 fn the_adjoint_takes_a_sweep_back() {
-    fn check<T: Scalar, S: PhasePlane<T>>(system: &S, from: &State<[T; 2]>) {
+    fn check<T: Scalar>(system: &dyn PhasePlane<T>, from: &State<Vec<T>>) {
         // A sweep of length zero, followed by the adjoint.
         let adjoint = Composition::alternating(&[0.0, 1.0]).unwrap();
         for h in [0.01, 0.1, 0.3] {
             let mut state = from.clone();
             for (composition, h) in [(Composition::sweep(), h), (adjoint.clone(), -h)] {
                 let method = GeneralIncrement::new(composition);
-                let mut workspace = Method::<[T; 2], S>::workspace(&method, system).unwrap();
+                let mut workspace = method.workspace(system).unwrap();
                 method.step(system, T::from_f64(h), &mut state, &mut workspace).unwrap();
             }
-            let off = |a: [T; 2], b: [T; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs();
-            let off = off(state.q, from.q) + off(state.p, from.p) + off(state.w, from.w);
-            assert!(off.to_f64() < 64.0 * T::EPSILON, "{h}: {:e}", off.to_f64());
+            let off: f64 = errors(&state, from).iter().sum();
+            assert!(off < 32.0 * T::EPSILON, "{h}: {off:e}");
         }
     }
-    check(&pendulum::<f64>([0.1, 0.2]), &state([0.4, -0.3], [0.5, 0.7]));
-    check(&pendulum::<Quad>([0.1, 0.2]), &state([0.4, -0.3], [0.5, 0.7]));
-    check::<f64, _>(&Curved([0.3, 0.2]), &state([0.4, -0.7], [1.1, 0.2]));
-    check::<Quad, _>(&Curved([0.3, 0.2]), &state([0.4, -0.7], [1.1, 0.2]));
+    check::<f64>(&*pendulum([0.1, 0.2]).planes(), &state([0.4, -0.3], [0.5, 0.7]));
+    check::<Quad>(&*pendulum([0.1, 0.2]).planes(), &state([0.4, -0.3], [0.5, 0.7]));
+    check::<f64>(&Curved([0.3, 0.2]), &state([0.4, -0.7], [1.1, 0.2]));
+    check::<Quad>(&Curved([0.3, 0.2]), &state([0.4, -0.7], [1.1, 0.2]));
 }
 
-pub(crate) fn step<S: PhasePlane<f64>>(
+pub(crate) fn step(
     method: &GeneralIncrement,
-    system: &S,
+    system: &dyn PhasePlane<f64>,
     h: f64,
-    state: &mut State<[f64; 2]>,
+    state: &mut State<Vec<f64>>,
 ) -> Result<(), StepFailure> {
-    let mut workspace = Method::<[f64; 2], S>::workspace(method, system).unwrap();
+    let mut workspace = method.workspace(system).unwrap();
     method.step(system, h, state, &mut workspace).map(|_| ())
 }
 
 #[test]
 fn the_pendulum_ends_where_another_library_has_it() {
     const REFERENCES: &str = include_str!("../../../systems/tests/data/many_degrees.csv");
-    let rows = |t: &str| -> [[f64; 2]; 3] {
+    let rows = |t: &str| -> [Vec<f64>; 3] {
         let lines = REFERENCES.lines().map(|line| line.split(',').collect::<Vec<_>>());
         let rows: Vec<_> =
             lines.filter(|row| row[0] == "damped-double-pendulum" && row[1] == t).collect();
-        [3, 5, 7].map(|column| [0, 1].map(|j| rows[j][column].parse().unwrap()))
+        [3, 5, 7].map(|column| rows.iter().map(|row| row[column].parse().unwrap()).collect())
     };
-    let system = pendulum::<f64>([0.1, 0.2]);
+    let system = pendulum([0.1, 0.2]);
+    let run = system.bind(find("increment-8").unwrap(), As::General).unwrap();
+    let [q, p, _] = rows("0");
+    let start = State::new(q, p).unwrap();
     for t in ["2", "5"] {
-        let [q, p, _] = rows("0");
-        let mut state = State::new(q, p).unwrap();
-        let before = state.total(&system);
-        let grid = Grid::new(0.01, t.parse().unwrap()).unwrap();
-        integrate(
-            &GeneralIncrement::new(Composition::kahan_li8()),
-            &system,
-            grid,
-            &mut state,
-            &mut (),
-        )
-        .unwrap();
-        let off = [state.q, state.p, state.w]
-            .iter()
-            .zip(rows(t))
-            .flat_map(|(a, b)| [a[0] - b[0], a[1] - b[1]])
-            .fold(0.0, |most: f64, x| most.max(x.abs()));
-        let drift = (state.total(&system) - before).abs();
+        let state = after(&run, Grid::new(0.01, t.parse().unwrap()).unwrap(), &start);
+        let [q, p, w] = rows(t);
+        let off = errors(&state, &State { q, p, w, t: state.t }).into_iter().fold(0.0, f64::max);
+        let drift = (state.total(&*system) - start.total(&*system)).abs();
         println!("t = {t}: off by {off:e}, K by {drift:e}");
         assert!(off < 1e-9 && drift < 1e-12, "{t}: {off:e} {drift:e}");
     }
@@ -178,42 +139,46 @@ fn the_pendulum_ends_where_another_library_has_it() {
 #[test]
 fn friction_that_couples_is_refused() {
     let method = GeneralIncrement::new(Composition::pair());
-    let refused = Method::<[f64; 2], Twisted>::workspace(&method, &Twisted { c: 0.3, offset: 0.0 });
-    match refused {
+    let workspace = |method: &GeneralIncrement, system: &dyn PhasePlane<f64>| {
+        Method::<Vec<f64>, _>::workspace(method, system)
+    };
+    match workspace(&method, &Twisted { c: 0.3, offset: 0.0 }) {
         Err(error @ InputError::Unsupported { .. }) => {
             assert!(error.to_string().contains("gonzalez"), "{error}");
         }
         other => panic!("{other:?}"),
     }
     let mut state = state([0.4, -0.7], [1.1, 0.2]);
-    let before = System::<f64>::energy(&TWISTED, &state.q, &state.p);
-    integrate(&method, &TWISTED, Grid::of(0.1, 1000).unwrap(), &mut state, &mut ()).unwrap();
-    assert!((state.energy(&TWISTED) / before - 1.0).abs() < 2e-14 && state.w == [0.0; 2]);
+    let (twisted, grid): (&dyn PhasePlane<f64>, _) = (&TWISTED, Grid::of(0.1, 1000).unwrap());
+    let before = state.energy(twisted);
+    integrate(&method, twisted, grid, &mut state, &mut ()).unwrap();
+    assert!((state.energy(twisted) / before - 1.0).abs() < 2e-14 && state.w == [0.0; 2]);
     for order in [vec![], vec![0], vec![0, 0], vec![0, 1, 2]] {
         let method = GeneralIncrement::new(Composition::pair()).in_order(order);
-        let refused = Method::<[f64; 2], Twisted>::workspace(&method, &TWISTED);
-        assert!(matches!(refused, Err(InputError::Unsupported { .. })));
+        assert!(matches!(workspace(&method, twisted), Err(InputError::Unsupported { .. })));
     }
 }
 
+/// Nor does the erasure of the type of the system.
 #[test]
 fn storage_changes_no_bit() {
-    fn run<V: Vector<Scalar = f64>>() -> Vec<u64> {
+    fn run<V: Vector<Scalar = f64>, S: PhasePlane<f64> + ?Sized>(system: &S) -> Vec<u64> {
         let (from_q, from_p) = start::<f64>(5);
         let (mut q, mut p) = (V::zeros(5), V::zeros(5));
         q.as_mut_slice().copy_from_slice(&from_q);
         p.as_mut_slice().copy_from_slice(&from_p);
         let mut state = State::new(q, p).unwrap();
         let method = GeneralIncrement::new(Composition::kahan_li8());
-        integrate(&method, &Springs::ring(5, 0.2), Grid::of(0.1, 20).unwrap(), &mut state, &mut ())
-            .unwrap();
+        integrate(&method, system, Grid::of(0.1, 20).unwrap(), &mut state, &mut ()).unwrap();
         [state.q, state.p, state.w]
             .iter()
             .flat_map(|part| part.as_slice().iter().map(|x| x.to_bits()))
             .collect()
     }
-    assert_eq!(run::<[f64; 5]>(), run::<Vec<f64>>());
-    assert_eq!(run::<[f64; 5]>(), run::<nalgebra::SVector<f64, 5>>());
+    let ring = Springs::ring(5, 0.2);
+    let (fixed, erased) = (run::<[f64; 5], _>(&ring), &ring as &dyn PhasePlane<f64>);
+    assert_eq!(fixed, run::<Vec<f64>, _>(erased));
+    assert_eq!(fixed, run::<nalgebra::SVector<f64, 5>, _>(erased));
 }
 
 #[test]
@@ -237,15 +202,15 @@ fn failures_have_names_and_leave_the_state_alone() {
 
 #[test]
 fn a_step_allocates_nothing() {
-    let (system, method) =
-        (pendulum::<f64>([0.1, 0.2]), GeneralIncrement::new(Composition::kahan_li8()));
+    let system = &*pendulum([0.1, 0.2]).planes::<f64>();
+    let method = GeneralIncrement::new(Composition::kahan_li8());
     for h in [0.05, 3.0] {
         let mut state = State::new(vec![1.2, -0.7], vec![0.0, 0.0]).unwrap();
-        let mut workspace = Method::<Vec<f64>, _>::workspace(&method, &system).unwrap();
+        let mut workspace = Method::<Vec<f64>, _>::workspace(&method, system).unwrap();
         let mut failed = 0;
         let taken = measure(|| {
             for _ in 0..50 {
-                failed += u64::from(method.step(&system, h, &mut state, &mut workspace).is_err());
+                failed += u64::from(method.step(system, h, &mut state, &mut workspace).is_err());
             }
         });
         assert_eq!(taken.count_total, 0);
@@ -270,27 +235,15 @@ impl System<f64> for Far {
     fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
         d.fill(0.0);
     }
-    fn dissipation_form(&self) -> afterbay_core::DissipationForm {
-        afterbay_core::DissipationForm::NONE
+    fn dissipation_form(&self) -> DissipationForm {
+        DissipationForm::NONE
     }
 }
 
 impl PhasePlane<f64> for Far {
-    fn slopes(
-        &self,
-        _q: &[f64],
-        _p: &[f64],
-        j: usize,
-        [q, p]: [f64; 2],
-    ) -> afterbay_core::Slopes<f64> {
+    fn slopes(&self, _q: &[f64], _p: &[f64], j: usize, [q, p]: [f64; 2]) -> Slopes<f64> {
         let far = f64::from(u8::from(j == 1));
-        afterbay_core::Slopes {
-            hq: far * 8.0 * q.powi(3),
-            hp: p,
-            hqq: far * 24.0 * q * q,
-            hqp: 0.0,
-            hpp: 1.0,
-        }
+        Slopes { hq: far * 8.0 * q.powi(3), hp: p, hqq: far * 24.0 * q * q, hqp: 0.0, hpp: 1.0 }
     }
     fn plane_dissipation(
         &self,
@@ -299,8 +252,8 @@ impl PhasePlane<f64> for Far {
         _j: usize,
         _at: [f64; 2],
         _v: f64,
-    ) -> afterbay_core::PlaneDissipation<f64> {
-        afterbay_core::PlaneDissipation { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
+    ) -> PlaneDissipation<f64> {
+        PlaneDissipation { value: 0.0, by_q: 0.0, by_p: 0.0, by_v: 0.0 }
     }
 }
 
@@ -309,9 +262,9 @@ fn what_is_far_away_loosens_nothing_else() {
     let method = GeneralIncrement::new(Composition::pair());
     for h in [0.1, 1.0, 3.0, 10.0] {
         for (q, p) in [(0.3, 1.0), (1.0, 0.0), (2.0, -1.0), (0.0, 3.0)] {
-            let mut state = State::new([1e8, q], [0.0, p]).unwrap();
+            let mut state = state([1e8, q], [0.0, p]);
             let before = Far.energy(&state.q, &state.p);
-            let step = integrate(&method, &Far, Grid::of(h, 1).unwrap(), &mut state, &mut ());
+            let step = step(&method, &Far, h, &mut state);
             let change = (Far.energy(&state.q, &state.p) - before).abs() / before;
             assert!(step.is_err() || change < 1e-13, "{h} {q} {p}: {change:e}");
         }

@@ -2,14 +2,12 @@
 //! coordinates.
 
 use crate::bind::separable;
-use crate::slope;
+use crate::catalog::{As, chain, ring};
+use crate::many::InSeries;
+use crate::slope::slope;
 use afterbay_core::taylor::Expansion;
-use afterbay_core::{
-    Block, Curvature, Dissipation, Quad, Scalar, Separable, Series, State, System,
-};
-use afterbay_methods::registry::{FIXED, Row};
-use afterbay_systems::{FputChain, VanDerPolRing};
-use slope::slope;
+use afterbay_core::{Block, Curvature, Dissipation, Quad, Scalar, Separable, State, System};
+use afterbay_methods::registry::{FIXED, Row, Run};
 
 const N: usize = 3;
 /// Small enough for the leading error term to dominate, and for order 8 large enough for it to
@@ -88,12 +86,8 @@ fn increments() -> impl Iterator<Item = &'static Row> {
 }
 
 /// The slopes of the largest local errors (x(t + h) - x1)/h of q, p and w.
-fn slopes<S>(row: &Row, system: S, lifted: &impl System<Series<Quad, 24>>) -> [f64; 3]
-where
-    S: Separable<Quad> + Curvature<Quad> + 'static,
-{
+fn slopes(row: &Row, run: &Run<Quad>, lifted: &InSeries<Quad>) -> [f64; 3] {
     let exact = Expansion::<[Quad; N], 24>::about(lifted, &start());
-    let run = separable(row, system).unwrap();
     let steps = if row.order() < 8 { STEPS } else { STEPS_ORDER_8 };
     let errors = steps.map(|h| {
         let (mut state, end) = (start(), exact.at(Quad::from_f64(h)));
@@ -114,22 +108,21 @@ fn assert_orders(row: &Row, found: [f64; 3], orders: [u32; 3]) {
 #[test]
 fn increments_have_the_local_orders_of_their_row() {
     for row in increments() {
-        assert_orders(row, slopes(row, Crowd, &Crowd), row.local_order);
+        assert_orders(row, slopes(row, &separable(row, Crowd).unwrap(), &Crowd), row.local_order);
     }
 }
 
 /// If D_j depends on q_j and p_j alone, w of the single sweep has one order more.
 #[test]
 fn local_friction_is_kinder_to_the_reservoir() {
-    let x = Quad::from_f64;
     for row in increments() {
         let orders = match row.order() {
             1 => [2, 1, 2],
             _ => row.local_order,
         };
-        let chain = FputChain::new(N, x(1.0), x(0.3)).unwrap();
-        assert_orders(row, slopes(row, chain, &chain.map(Series::constant)), orders);
-        let ring = VanDerPolRing::new(N, x(0.8), x(0.6)).unwrap();
-        assert_orders(row, slopes(row, ring, &ring.map(Series::constant)), orders);
+        for system in [chain(N, 1.0, 0.3), ring(N, 0.8, 0.6)] {
+            let run = system.bind(row, As::Separable).unwrap();
+            assert_orders(row, slopes(row, &run, &*system.series()), orders);
+        }
     }
 }

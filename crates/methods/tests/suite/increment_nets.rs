@@ -2,7 +2,8 @@
 //! renaming, and the advice of failures.
 
 use afterbay_core::{
-    Dissipation, DissipationForm, Line, Method, Passive, Separable, State, StepFailure, System,
+    Dissipation, DissipationForm, Effort, Line, Method, Passive, Separable, State, StepFailure,
+    System,
 };
 use afterbay_methods::{Composition, Increment};
 use proptest::prelude::*;
@@ -183,6 +184,16 @@ fn nets(
     })
 }
 
+/// Takes one step with a new workspace.
+fn step(
+    method: &Increment,
+    net: &dyn Separable<f64>,
+    h: f64,
+    state: &mut State<Vec<f64>>,
+) -> Result<Effort, StepFailure> {
+    method.step(net, h, state, &mut method.workspace(net).unwrap())
+}
+
 /// Takes one step of a composition sweep by sweep, and checks K after each.
 fn step_by_sweeps(
     net: &Net,
@@ -196,8 +207,7 @@ fn step_by_sweeps(
         let order = if i % 2 == 0 { order.to_vec() } else { back.clone() };
         let sweep = Increment::new(Composition::sweep()).in_order(order);
         let before = state.clone();
-        let mut workspace = Method::<Vec<f64>, Net>::workspace(&sweep, net).unwrap();
-        if let Err(failure) = sweep.step(net, fraction * h, state, &mut workspace) {
+        if let Err(failure) = step(&sweep, net, fraction * h, state) {
             prop_assert_eq!(&before, &*state, "a failed step changes nothing");
             return Ok(Some(failure));
         }
@@ -230,8 +240,7 @@ proptest! {
             let failure = step_by_sweeps(&net, &composition, h, &order, &mut by_sweeps)?;
             let composition = Composition::alternating(&composition).unwrap();
             let method = Increment::new(composition).in_order(order.clone());
-            let mut workspace = Method::<Vec<f64>, Net>::workspace(&method, &net).unwrap();
-            let outcome = method.step(&net, h, &mut at_once, &mut workspace);
+            let outcome = step(&method, &net, h, &mut at_once);
             match failure {
                 None => prop_assert_eq!(&by_sweeps, &at_once, "a composition is its sweeps"),
                 Some(failure) => {
@@ -246,10 +255,7 @@ proptest! {
     #[test]
     fn the_advice_of_a_failure_holds((net, start, h, order) in nets(-1.0..1.0)) {
         let method = Increment::new(Composition::pair()).in_order(order.clone());
-        let attempt = |h: f64| {
-            let mut workspace = Method::<Vec<f64>, Net>::workspace(&method, &net).unwrap();
-            method.step(&net, h, &mut start.clone(), &mut workspace)
-        };
+        let attempt = |h: f64| step(&method, &net, h, &mut start.clone());
         if let Err(failure) = attempt(h) {
             prop_assert!(failure.to_string().contains("take a smaller step"), "{failure}");
             let taken = (1..=10).find(|&k| attempt(h / 2_f64.powi(k)).is_ok());
@@ -264,8 +270,7 @@ proptest! {
         for composition in [Composition::sweep(), Composition::pair()] {
             let method = Increment::new(composition).in_order(order.clone());
             let mut state = start.clone();
-            let mut workspace = Method::<Vec<f64>, Net>::workspace(&method, &net).unwrap();
-            if method.step(&net, h, &mut state, &mut workspace).is_ok() {
+            if step(&method, &net, h, &mut state).is_ok() {
                 prop_assert!(state.w.iter().all(|&w| w >= 0.0), "{:?}", state.w);
             }
         }
@@ -282,8 +287,7 @@ proptest! {
         let mut renamed = State::new(rename(&start.q), rename(&start.p)).unwrap();
         let run = |net: &Net, order: &[usize], state: &mut State<Vec<f64>>| {
             let method = Increment::new(Composition::pair()).in_order(order.to_vec());
-            let mut workspace = Method::<Vec<f64>, Net>::workspace(&method, net).unwrap();
-            method.step(net, h, state, &mut workspace)
+            step(&method, net, h, state)
         };
         let other = run(&net.renamed(&names), &renamed_order, &mut renamed);
         prop_assert_eq!(run(&net, &order, &mut state).is_ok(), other.is_ok());
@@ -312,10 +316,8 @@ proptest! {
                 state.w.iter().map(|w| w.to_bits()).collect()
             };
             let (before, mut same) = (bits(&state), state.clone());
-            let mut workspace = Method::<Vec<f64>, Net>::workspace(&method, &still).unwrap();
-            let expected = method.step(&still, h, &mut same, &mut workspace);
-            let mut workspace = Method::<Vec<f64>, Frictionless>::workspace(&method, &net).unwrap();
-            prop_assert_eq!(method.step(&net, h, &mut state, &mut workspace), expected);
+            let expected = step(&method, &still, h, &mut same);
+            prop_assert_eq!(step(&method, &net, h, &mut state), expected);
             prop_assert_eq!((&state.q, &state.p), (&same.q, &same.p));
             prop_assert_eq!(bits(&state), before);
         }

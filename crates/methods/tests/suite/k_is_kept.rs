@@ -10,22 +10,24 @@ use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 
 /// Systems that only lose energy.
-fn passive() -> impl Strategy<Value = Model> {
-    prop_oneof![damped_oscillator(), duffing()].prop_map(|model| match model {
+fn passive() -> BoxedStrategy<Model> {
+    let passive = |model| match model {
         Model::DampedOscillator { k, b } => Model::DampedOscillator { k, b: b.abs() },
         Model::Duffing { alpha, beta, c } => Model::Duffing { alpha, beta, c: c.abs() },
         active => active,
-    })
+    };
+    prop_oneof![damped_oscillator(), duffing()].prop_map(passive).boxed()
 }
 
 /// The passive systems with a single well.
-fn passive_well() -> impl Strategy<Value = Model> {
-    passive().prop_map(|model| match model {
+fn passive_well() -> BoxedStrategy<Model> {
+    let single = |model| match model {
         Model::Duffing { alpha, beta, c } => {
             Model::Duffing { alpha: alpha.abs(), beta: beta.abs(), c }
         }
         other => other,
-    })
+    };
+    passive().prop_map(single).boxed()
 }
 
 /// Whether this failure is legitimate for the method: a singular equation for the plain closed

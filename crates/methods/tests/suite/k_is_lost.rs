@@ -1,9 +1,10 @@
 //! Deliberate errors, each of which the properties of `k_is_kept.rs` must detect; and the limits of
 //! what methods claim.
 
+use crate::catalog::Both;
 use crate::one_step::*;
 use afterbay_core::{RunError, State, StepFailure};
-use afterbay_methods::registry::{FIXED, Number, Run, find};
+use afterbay_methods::registry::{FIXED, Run, find};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 
@@ -16,7 +17,7 @@ const ORDINARY: Case = Case {
     h: 0.1,
 };
 
-fn solved<T: Number>(case: &Case, name: &str) -> Run<T> {
+fn solved<T: Both>(case: &Case, name: &str) -> Run<T> {
     case.model.bind(find(name).unwrap()).pop().unwrap().run
 }
 

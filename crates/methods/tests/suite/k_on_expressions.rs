@@ -1,13 +1,14 @@
 //! K on random expressions at any step size, for every method that claims to keep it.
 
-use crate::bind::{curved, separable};
+use crate::bind::AnySeparable;
+use crate::catalog::{As, Both, Built, written};
 use afterbay_core::{
-    Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, State, StateRef, StepFailure,
-    System, Tolerance,
+    Grid, InputError, IntegrateError, Method, Quad, RunError, Scalar, Separable, State, StateRef,
+    StepFailure, System, Tolerance,
 };
-use afterbay_methods::registry::{ADAPTIVE, FIXED, Number, Row, Run, Setting};
+use afterbay_methods::registry::{ADAPTIVE, FIXED, Row, Run, Setting};
 use afterbay_methods::{Composition, Increment};
-use afterbay_systems::{Custom, Description, DissipationText};
+use afterbay_systems::{Description, DissipationText};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use std::collections::BTreeMap;
@@ -38,21 +39,15 @@ const MOST: usize = 20_000;
 /// The number of consecutive steps.
 const STEPS: u64 = 3;
 
-pub(crate) fn custom(potential: &str, friction: &str, n: usize, c: f64) -> Custom<f64> {
+pub(crate) fn custom(potential: &str, friction: &str, n: usize, c: f64) -> Built {
     let force = |j: usize| friction.replace('p', &format!("p{j}"));
     let friction = DissipationText::Forces((1..=n).map(force).collect());
     let (potential, parameters) = (potential.to_owned(), vec![("c".to_owned(), c)]);
-    Custom::new(&Description {
-        potential,
-        dissipation: friction,
-        parameters,
-        ..Description::default()
-    })
-    .unwrap()
+    written(&Description { potential, dissipation: friction, parameters, ..Description::default() })
 }
 
-pub(crate) fn bind<T: Number>(row: &Row, system: &Custom<T>) -> Option<Run<T>> {
-    match separable(row, system.clone()) {
+pub(crate) fn bind<T: Both>(row: &Row, system: &Built) -> Option<Run<T>> {
+    match system.bind(row, As::Separable) {
         Ok(run) => Some(run),
         Err(InputError::Unsupported { .. }) => None,
         Err(error) => panic!("{}: {error}", row.name),
@@ -75,7 +70,7 @@ pub(crate) fn size<T: Scalar>(system: &dyn System<T>, state: &State<Vec<T>>) -> 
 /// The largest sum of the terms of K between the pairs of sweeps of a composition, some of which
 /// run backwards.
 fn largest_within<T: Scalar>(
-    system: &Custom<T>,
+    system: &dyn Separable<T>,
     of: &Composition,
     h: T,
     start: &State<Vec<T>>,
@@ -140,7 +135,7 @@ fn run<T: Scalar>(
     count: &mut Count,
     row: &Row,
     run: &Run<T>,
-    system: &Custom<T>,
+    system: &AnySeparable<T>,
     h: T,
     start: &State<Vec<T>>,
     label: &str,
@@ -195,7 +190,7 @@ fn case(terms: &'static [&'static str]) -> impl Strategy<Value = Case> {
 }
 
 /// Runs every method on random cases and returns the results by its name.
-fn count<T: Number>(
+fn count<T: Both>(
     cases: u32,
     terms: &'static [&'static str],
     linear: bool,
@@ -204,8 +199,8 @@ fn count<T: Number>(
     TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(cases) })
         .run(&case(terms), |case| {
             let friction = if linear { "c*p" } else { case.friction };
-            let plain = custom(&case.potential, friction, case.n, case.c);
-            let system = plain.map(T::from_f64);
+            let system = custom(&case.potential, friction, case.n, case.c);
+            let exact = system.separable::<T>();
             let lift = |x: &[f64]| x[..case.n].iter().map(|&x| T::from_f64(x)).collect::<Vec<_>>();
             let start = State::new(lift(&case.q), lift(&case.p)).unwrap();
             for row in FIXED.iter().filter(|row| row.keeps_k) {
@@ -214,7 +209,7 @@ fn count<T: Number>(
                 let label = format!("{} on {case:?}", row.name);
                 let count = counts.entry(row.name).or_default();
                 let before = count.worst;
-                run(count, row, &bound, &system, T::from_f64(case.h), &start, &label);
+                run(count, row, &bound, &*exact, T::from_f64(case.h), &start, &label);
                 if count.worst > before.max(1e3 * T::EPSILON) {
                     println!("{:.1e} {label}", count.worst);
                 }
@@ -299,7 +294,8 @@ fn k_is_restored_where_an_iteration_ends_in_noise() {
         for row in FIXED.iter().filter(|row| row.keeps_k) {
             let Some(bound) = bind(row, &system) else { continue };
             let label = format!("{} on {potential}", row.name);
-            run(counts.entry(row.name).or_default(), row, &bound, &system, h, &start, &label);
+            let count = counts.entry(row.name).or_default();
+            run(count, row, &bound, &*system.separable(), h, &start, &label);
         }
     }
     for name in ["locally-exact", "collocation-2", "collocation-8"] {
@@ -333,7 +329,7 @@ fn every_adaptive_method_keeps_k_on_random_expressions() {
             let system = custom(&case.potential, case.friction, case.n, case.c);
             let start = State::new(case.q[..case.n].to_vec(), case.p[..case.n].to_vec()).unwrap();
             for row in ADAPTIVE {
-                let bound = curved(row, system.clone()).unwrap();
+                let bound = system.bind::<f64>(row, As::Curved).unwrap();
                 let (mut states, mut state) = (Vec::new(), start.clone());
                 let mut show = |_: u64, at: StateRef<'_, f64>| {
                     states.push(State {
@@ -364,7 +360,7 @@ fn every_adaptive_method_keeps_k_on_random_expressions() {
                         row.name, state.t
                     );
                 }
-                count.look(&system, &states, |_| 0.0);
+                count.look(&*system, &states, |_| 0.0);
             }
             Ok(())
         })

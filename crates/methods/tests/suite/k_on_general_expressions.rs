@@ -1,15 +1,15 @@
 //! K on random H(q, p) at any step size, for every method that claims to keep it.
 
+use crate::catalog::{Built, written_general};
 use crate::k_on_expressions::{Count, judge, size};
-use afterbay_core::{Grid, Method, Passive, State, StateRef, System};
+use afterbay_core::{Grid, Method, Passive, PhasePlane, State, StateRef};
 use afterbay_methods::registry::{self, FIXED};
 use afterbay_methods::{Composition, GeneralIncrement};
-use afterbay_systems::{CustomGeneral, DissipationText, GeneralDescription};
+use afterbay_systems::{DissipationText, GeneralDescription};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 /// The terms of a random H beside Σ (p_j² + q_j²/10)/2. No combination of them has poles.
 const TERMS: [&str; 10] = [
@@ -50,21 +50,20 @@ fn case() -> impl Strategy<Value = Case> {
     })
 }
 
-fn system(hamiltonian: &str, force: &str, c: f64, n: usize) -> CustomGeneral<f64> {
+fn system(hamiltonian: &str, force: &str, c: f64, n: usize) -> Built {
     let force = |j: usize| format!("{} + 0*c", force.replace('v', &format!("v{j}")));
-    CustomGeneral::new(&GeneralDescription {
+    written_general(&GeneralDescription {
         hamiltonian: hamiltonian.to_owned(),
         dissipation: DissipationText::Forces((1..=n).map(force).collect()),
         parameters: vec![("c".to_owned(), c)],
         ..GeneralDescription::default()
     })
-    .unwrap_or_else(|error| panic!("{hamiltonian}: {error}"))
 }
 
 /// The largest sum of the terms of K between the pairs of sweeps of a composition, some of which
 /// run backwards.
 fn largest_within(
-    system: &CustomGeneral<f64>,
+    system: &dyn PhasePlane<f64>,
     of: &Composition,
     h: f64,
     start: &State<Vec<f64>>,
@@ -84,11 +83,12 @@ fn every_method_keeps_k_on_random_hamiltonians() {
     let counts = std::cell::RefCell::new(BTreeMap::<_, Count>::new());
     TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(150) })
         .run(&case(), |case| {
-            let system = Arc::new(system(&case.hamiltonian, case.force, case.c, 2));
+            let system = system(&case.hamiltonian, case.force, case.c, 2);
+            let planes = system.planes::<f64>();
             prop_assert_eq!(system.dissipation_form().passive, Passive::Each);
             let start = State::new(case.q.to_vec(), case.p.to_vec()).unwrap();
             for row in FIXED.iter().filter(|row| row.keeps_k) {
-                let Ok(bound) = registry::bind::<f64>(row, system.clone()) else { continue };
+                let Ok(bound) = registry::bind::<f64>(row, system.abilities()) else { continue };
                 let (mut states, mut state) = (Vec::new(), start.clone());
                 let mut show = |_: u64, at: StateRef<'_, f64>| {
                     let [q, p, w] = [at.q, at.p, at.w].map(<[f64]>::to_vec);
@@ -109,7 +109,9 @@ fn every_method_keeps_k_on_random_hamiltonians() {
                     _ => None,
                 };
                 count.look(&*system, &states, |from| {
-                    composition.as_ref().map_or(0.0, |of| largest_within(&system, of, case.h, from))
+                    composition
+                        .as_ref()
+                        .map_or(0.0, |of| largest_within(&*planes, of, case.h, from))
                 });
                 if count.worst > before.max(3e-13) {
                     println!("{:.1e} {} on {case:?}", count.worst, row.name);
@@ -143,9 +145,9 @@ fn a_step_near_overflow_keeps_k_or_is_refused() {
     ];
     let mut count = Count::default();
     for (hamiltonian, h, q, p) in scenes {
-        let system = Arc::new(system(hamiltonian, "c*abs(v)*v", 0.47, q.len()));
+        let system = system(hamiltonian, "c*abs(v)*v", 0.47, q.len());
         for row in FIXED.iter().filter(|row| row.keeps_k) {
-            let Ok(bound) = registry::bind::<f64>(row, system.clone()) else { continue };
+            let Ok(bound) = registry::bind::<f64>(row, system.abilities()) else { continue };
             let before = State::new(q.clone(), p.clone()).unwrap();
             let mut state = before.clone();
             let mut show = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());

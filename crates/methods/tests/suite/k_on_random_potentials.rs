@@ -2,9 +2,8 @@
 
 use crate::exact_edges::custom;
 use crate::k_on_expressions::TERMS;
-use afterbay_core::{Method, Quad, Scalar, Separable, State, System};
+use afterbay_core::{Method, Quad, Scalar, Separable, State};
 use afterbay_methods::{Composition, Increment, ModDg};
-use afterbay_systems::Custom;
 use proptest::prelude::*;
 
 proptest! {
@@ -24,39 +23,39 @@ proptest! {
             potential += &format!(" + {scale:?}*{}", TERMS[term]);
         }
         let potential = if alone { potential.replace("q2", "0.3") } else { potential };
-        let (system, h) = (custom(&potential, n, c), 10f64.powf(exponent));
-        let quad = system.map(Quad::from);
+        let (custom, h) = (custom(&potential, n, c), 10f64.powf(exponent));
+        let (system, quad) = (&*custom.separable::<f64>(), &*custom.separable::<Quad>());
         let state = State::new(q[..n].to_vec(), p[..n].to_vec()).unwrap();
         let lift = |x: &[f64]| x.iter().map(|&x| Quad::from(x)).collect::<Vec<_>>();
         let exact = State::new(lift(&state.q), lift(&state.p)).unwrap();
         let methods = [Composition::sweep(), Composition::pair(), Composition::suzuki4()];
         for (method, suzuki) in methods.map(Increment::new).into_iter().zip([false, false, true]) {
             // Some substeps run backwards, and the energy that friction supplies there is rounded.
-            let along = if suzuki { largest_within(&system, h, &state) } else { 0.0 };
+            let along = if suzuki { largest_within(system, h, &state) } else { 0.0 };
             let (mut plain, mut fine) = (state.clone(), exact.clone());
-            let mut workspace = method.workspace(&system).unwrap();
-            if method.step(&system, h, &mut plain, &mut workspace).is_ok() {
-                kept(&system, [&state, &plain], along, 3e-13, &potential)?;
+            let mut workspace = method.workspace(system).unwrap();
+            if method.step(system, h, &mut plain, &mut workspace).is_ok() {
+                kept(system, [&state, &plain], along, 3e-13, &potential)?;
             }
-            let mut workspace = method.workspace(&quad).unwrap();
-            if method.step(&quad, Quad::from(h), &mut fine, &mut workspace).is_ok() {
-                kept(&quad, [&exact, &fine], along, 1e-26, &potential)?;
+            let mut workspace = method.workspace(quad).unwrap();
+            if method.step(quad, Quad::from(h), &mut fine, &mut workspace).is_ok() {
+                kept(quad, [&exact, &fine], along, 1e-26, &potential)?;
             }
         }
         if alone {
             let (mut plain, mut fine) = (state.clone(), exact.clone());
-            if ModDg::newton().step(&system, h, &mut plain, &mut ()).is_ok() {
-                kept(&system, [&state, &plain], 0.0, 1e-13, &potential)?;
+            if ModDg::newton().step(system, h, &mut plain, &mut ()).is_ok() {
+                kept(system, [&state, &plain], 0.0, 1e-13, &potential)?;
             }
-            if ModDg::newton().step(&quad, Quad::from(h), &mut fine, &mut ()).is_ok() {
-                kept(&quad, [&exact, &fine], 0.0, 1e-26, &potential)?;
+            if ModDg::newton().step(quad, Quad::from(h), &mut fine, &mut ()).is_ok() {
+                kept(quad, [&exact, &fine], 0.0, 1e-26, &potential)?;
             }
         }
     }
 }
 
 /// The sum of the terms of K.
-fn size<T: Scalar>(system: &Custom<T>, state: &State<Vec<T>>) -> f64 {
+fn size<T: Scalar>(system: &dyn Separable<T>, state: &State<Vec<T>>) -> f64 {
     let rest = vec![T::zero(); state.dof()];
     let squares: f64 = state.p.iter().map(|p| p.to_f64().powi(2)).sum();
     let bends = |j: usize| (system.partial(&state.q, j, state.q[j]) * state.q[j]).to_f64().abs();
@@ -66,7 +65,7 @@ fn size<T: Scalar>(system: &Custom<T>, state: &State<Vec<T>>) -> f64 {
 }
 
 /// The largest sum of the terms of K between the five pairs of sweeps of Suzuki's composition.
-fn largest_within(system: &Custom<f64>, h: f64, start: &State<Vec<f64>>) -> f64 {
+fn largest_within(system: &dyn Separable<f64>, h: f64, start: &State<Vec<f64>>) -> f64 {
     let method = Increment::new(Composition::pair());
     let (mut state, mut workspace) = (start.clone(), method.workspace(system).unwrap());
     let outer = 1.0 / (4.0 - 4.0_f64.cbrt());
@@ -79,7 +78,7 @@ fn largest_within(system: &Custom<f64>, h: f64, start: &State<Vec<f64>>) -> f64 
 
 /// Checks that K is unchanged relative to its terms at both ends and `along` the step.
 fn kept<T: Scalar>(
-    system: &Custom<T>,
+    system: &dyn Separable<T>,
     [before, after]: [&State<Vec<T>>; 2],
     along: f64,
     bound: f64,

@@ -1,10 +1,12 @@
 //! Eight systems side by side: each lane computes what its system computes alone, to the bit.
 
-use afterbay_core::{Abilities, Grid, Scalar, State, f64x8};
+use afterbay_core::{Grid, Scalar, State, f64x8};
 use afterbay_methods::registry::{METHODS, bind};
-use afterbay_systems::{DampedOscillator, Duffing, FputChain, VanDerPol, VanDerPolRing};
+use afterbay_systems::catalog::Number;
+use afterbay_systems::{
+    DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
+};
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 const STEPS: u64 = 200;
 
@@ -14,14 +16,20 @@ fn start(k: usize, j: usize) -> [f64; 2] {
     [phase.sin() * (1.0 + k as f64 / 16.0), (1.3 * phase).cos()]
 }
 
-/// Compares every method that has lanes. `alone` is the system of a lane. Returns the names of the
-/// methods.
+/// Compares every method that has lanes on a system of the catalogue, whose parameters are given in
+/// every lane. Returns the names of the methods.
 fn compare(
-    lanes: impl Abilities<f64x8> + 'static,
-    alone: impl Fn(usize) -> Arc<dyn Abilities<f64>>,
+    system: &'static SystemRow,
+    n: usize,
+    parameters: &[[f64; 8]],
     h: f64,
 ) -> Vec<&'static str> {
-    let (n, lanes): (_, Arc<dyn Abilities<f64x8>>) = (lanes.dof(), Arc::new(lanes));
+    let side_by_side: Vec<f64x8> = parameters.iter().map(|&x| f64x8::new(x)).collect();
+    let lanes = f64x8::system(system, n, &side_by_side).unwrap();
+    let alone = |k: usize| {
+        let parameters: Vec<f64> = parameters.iter().map(|x| x[k]).collect();
+        f64::system(system, n, &parameters).unwrap()
+    };
     let mut compared = Vec::new();
     for row in METHODS {
         let Ok(run) = bind(row, lanes.clone()) else { continue };
@@ -60,21 +68,14 @@ fn spread(from: f64, to: f64) -> [f64; 8] {
 
 #[test]
 fn one_degree_of_freedom_is_the_same_in_a_lane_and_alone() {
-    let splat = f64x8::from_f64;
     let (c, mu) = (spread(0.0, 0.7), spread(0.1, 2.0));
     // The potential of half of the lanes has two wells.
     let alpha = spread(-1.5, 1.0);
-    let duffing = Duffing::new(f64x8::new(alpha), splat(0.5), f64x8::new(c)).unwrap();
-    let oscillator = DampedOscillator::new(splat(2.0), f64x8::new(c)).unwrap();
     let names = [
-        compare(duffing, |k| Arc::new(Duffing::new(alpha[k], 0.5, c[k]).unwrap()), 0.1),
-        compare(
-            VanDerPol::new(f64x8::new(mu)).unwrap(),
-            |k| Arc::new(VanDerPol::new(mu[k]).unwrap()),
-            0.05,
-        ),
+        compare(&DUFFING, 1, &[alpha, [0.5; 8], c], 0.1),
+        compare(&VAN_DER_POL, 1, &[mu], 0.05),
         // Closed forms.
-        compare(oscillator, |k| Arc::new(DampedOscillator::new(2.0, c[k]).unwrap()), 0.1),
+        compare(&DAMPED_OSCILLATOR, 1, &[[2.0; 8], c], 0.1),
     ];
     for names in names {
         for name in ["leapfrog", "rk4", "moddg", "increment-2", "increment-8"] {
@@ -85,13 +86,10 @@ fn one_degree_of_freedom_is_the_same_in_a_lane_and_alone() {
 
 #[test]
 fn chains_and_rings_are_the_same_in_a_lane_and_alone() {
-    let splat = f64x8::from_f64;
     let (beta, mu) = (spread(0.0, 2.0), spread(0.1, 1.5));
-    let chain = FputChain::new(5, f64x8::new(beta), splat(0.1)).unwrap();
-    let ring = VanDerPolRing::new(6, f64x8::new(mu), splat(0.4)).unwrap();
     let names = [
-        compare(chain, |k| Arc::new(FputChain::new(5, beta[k], 0.1).unwrap()), 0.1),
-        compare(ring, |k| Arc::new(VanDerPolRing::new(6, mu[k], 0.4).unwrap()), 0.05),
+        compare(&FPUT_CHAIN, 5, &[beta, [0.1; 8]], 0.1),
+        compare(&VAN_DER_POL_RING, 6, &[mu, [0.4; 8]], 0.05),
     ];
     for names in names {
         for name in ["leapfrog", "rk4", "increment-2", "increment-8"] {

@@ -1,16 +1,17 @@
 //! The exact flow of linear systems, by tables and by series, with 1 to 40 degrees of freedom.
 
-use crate::bind::{Curved, linear};
-use crate::many;
+use crate::bind::Curved;
+use crate::catalog::{As, Both, Built, chain, duffing, oscillator, ring};
+use crate::many::{InSeries, errors, reference, start};
 use afterbay_core::{
-    Block, Curvature, DissipationForm, ExactFlow, Grid, InputError, Method, Passive, Quad, Scalar,
-    Series, State, StateRef, StepFailure, System,
+    Block, Curvature, DissipationForm, Grid, InputError, Method, Passive, Quad, Scalar, State,
+    StateRef, StepFailure, System,
 };
 use afterbay_methods::LinearExact;
 use afterbay_methods::registry::{FIXED, Run};
-use afterbay_systems::{DampedOscillator, Duffing, FputChain, VanDerPolRing};
+use afterbay_systems::FputChain;
+use afterbay_systems::catalog::Expandable;
 use allocation_counter::measure;
-use many::{errors, reference, start};
 use proptest::prelude::*;
 use std::ops::ControlFlow;
 
@@ -94,8 +95,13 @@ fn from(n: usize) -> [Vec<f64>; 2] {
     ]
 }
 
+/// Takes one step with a new workspace.
+fn step(system: &Curved<f64>, h: f64, state: &mut State<Vec<f64>>) -> Result<(), StepFailure> {
+    LinearExact.step(system, h, state, &mut LinearExact.workspace(system).unwrap()).map(drop)
+}
+
 /// Compares one step to h, and steps of h/8, with the Taylor series.
-fn exact<T: Scalar>(name: &str, system: &Curved<T>, series: &dyn System<Series<T, 24>>, h: f64) {
+fn exact<T: Scalar>(name: &str, system: &Curved<T>, series: &InSeries<T>, h: f64) {
     let [q, p] = from(system.dof());
     let exact = reference(series, [&q, &p], T::from_f64(h), 1).pop().unwrap();
     let mut workspace = LinearExact.workspace(system).unwrap();
@@ -116,15 +122,14 @@ fn exact<T: Scalar>(name: &str, system: &Curved<T>, series: &dyn System<Series<T
     }
 }
 
-fn everywhere<T: Scalar>(sizes: &[usize]) {
+fn everywhere<T: Both + Expandable>(sizes: &[usize]) {
     for h in [1e-3, 0.5, 20.0] {
-        let x = T::from_f64;
         for &n in sizes {
-            let chain = FputChain::new(n, x(0.0), x(0.25)).unwrap();
-            exact::<T>(&format!("chain {n}"), &chain, &chain.map(Series::constant), h);
+            let chain = chain(n, 0.0, 0.25);
+            exact::<T>(&format!("chain {n}"), &*chain.curved(), &*chain.series(), h);
         }
-        let ring = VanDerPolRing::new(5, x(0.0), x(0.5)).unwrap();
-        exact::<T>("ring", &ring, &ring.map(Series::constant), h);
+        let ring = ring(5, 0.0, 0.5);
+        exact::<T>("ring", &*ring.curved(), &*ring.series(), h);
         for n in [1, 3] {
             for f in [0.0, 0.75] {
                 let web = Web { n, f, c: 0.5 };
@@ -154,27 +159,20 @@ fn what_is_too_large_for_tables_is_exact_too() {
 
 #[test]
 fn a_hundred_times_units_in_one_step() {
-    let system = DampedOscillator::new(1.0, 0.1).unwrap();
-    let (mut state, mut exact) =
-        (State::new([2.3], [-3.1]).unwrap(), State::new([2.3], [-3.1]).unwrap());
-    LinearExact
-        .step(&system, 100.0, &mut state, &mut LinearExact.workspace(&system).unwrap())
-        .unwrap();
-    system.flow(100.0, &mut exact);
-    for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
-        assert!((a[0] - b[0]).abs() < 1e-13, "{a:?} {b:?}");
+    let ends = |system: Built, h: f64, q: f64, p: f64| {
+        let mut state = State::new(vec![q], vec![p]).unwrap();
+        let mut exact = state.clone();
+        step(&*system.curved(), h, &mut state).unwrap();
+        system.abilities::<f64>().exact_flow().unwrap().carry(h, &mut exact);
+        println!("{state:?} {exact:?}");
+        [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)].map(|(a, b)| [a[0], b[0]])
+    };
+    for [a, b] in ends(oscillator(1.0, 0.1), 100.0, 2.3, -3.1) {
+        assert!((a - b).abs() < 1e-13, "{a:?} {b:?}");
     }
     // Fast and slow motion, in very different units.
-    let system = DampedOscillator::new(1e6, 2e5).unwrap();
-    let (mut state, mut exact) =
-        (State::new([1.0], [1.0]).unwrap(), State::new([1.0], [1.0]).unwrap());
-    LinearExact
-        .step(&system, 0.1, &mut state, &mut LinearExact.workspace(&system).unwrap())
-        .unwrap();
-    system.flow(0.1, &mut exact);
-    println!("{state:?} {exact:?}");
-    for (a, b) in [(state.q, exact.q), (state.p, exact.p), (state.w, exact.w)] {
-        assert!((a[0] - b[0]).abs() < 1e-10 * b[0].abs(), "{a:?} {b:?}");
+    for [a, b] in ends(oscillator(1e6, 2e5), 0.1, 1.0, 1.0) {
+        assert!((a - b).abs() < 1e-10 * b.abs(), "{a:?} {b:?}");
     }
 }
 
@@ -217,23 +215,22 @@ proptest! {
     ) {
         // For active systems the step is limited, since overflow leaves no K to check.
         let h = if c < 0.0 { h.min(10.0) } else { h };
-        let oscillator = DampedOscillator::new(k, c).unwrap();
-        checked(&oscillator, k.sqrt().max(1.0) + c.abs(), h, &z[..1], &z[3..4])?;
-        checked(&FputChain::new(3, 0.0, c).unwrap(), 2.0 + c.abs(), h, &z[..3], &z[3..])?;
+        checked(&*oscillator(k, c).curved(), k.sqrt().max(1.0) + c.abs(), h, &z[..1], &z[3..4])?;
+        checked(&*chain(3, 0.0, c).curved(), 2.0 + c.abs(), h, &z[..3], &z[3..])?;
     }
 }
 
 /// K of the damped oscillator over a million steps changes by less than h |A| roundings per step.
 #[test]
 fn k_does_not_run_away() {
-    let system = DampedOscillator::new(1.0, 0.0).unwrap();
-    let mut state = State::new([1.0], [0.5]).unwrap();
-    let mut workspace = LinearExact.workspace(&system).unwrap();
-    let before = state.total(&system);
+    let system = &*oscillator(1.0, 0.0).curved::<f64>();
+    let mut state = State::new(vec![1.0], vec![0.5]).unwrap();
+    let mut workspace = LinearExact.workspace(system).unwrap();
+    let before = state.total(system);
     for _ in 0..1_000_000 {
-        LinearExact.step(&system, 0.01, &mut state, &mut workspace).unwrap();
+        LinearExact.step(system, 0.01, &mut state, &mut workspace).unwrap();
     }
-    let drift = (state.total(&system) - before).abs() / before;
+    let drift = (state.total(system) - before).abs() / before;
     println!("K moves by {drift:e} in 1e6 steps of 0.01");
     assert!(drift < 1e4 * f64::EPSILON, "{drift:e}");
 }
@@ -242,7 +239,7 @@ fn k_does_not_run_away() {
 #[test]
 fn runs_of_a_bound_method_do_not_feel_each_other() {
     for row in FIXED {
-        let bind = || linear(row, DampedOscillator::new(1.0, 0.3).unwrap()).unwrap();
+        let bind = || oscillator(1.0, 0.3).bind(row, As::Linear).unwrap();
         let end = |run: &Run<f64>, h: f64, within: bool| {
             let mut state = State::new([1.0], [0.5]).unwrap();
             let grid = Grid::new(h, 3.0).unwrap();
@@ -269,44 +266,44 @@ fn runs_of_a_bound_method_do_not_feel_each_other() {
 
 #[test]
 fn what_is_not_linear_is_refused() {
-    let duffing = Duffing::new(1.0, 0.5, 0.1).unwrap();
-    let error = Method::<[f64; 1], _>::workspace(&LinearExact, &duffing).unwrap_err();
+    let workspace = |beta: f64| {
+        Method::<Vec<f64>, _>::workspace(&LinearExact, &*duffing(1.0, beta, 0.1).curved::<f64>())
+            .map(drop)
+    };
+    let error = workspace(0.5).unwrap_err();
     assert!(matches!(error, InputError::Unsupported { method: "linear-exact", .. }), "{error}");
-    let linear = Duffing::new(1.0, 0.0, 0.1).unwrap();
-    assert!(Method::<[f64; 1], _>::workspace(&LinearExact, &linear).is_ok());
+    assert_eq!(workspace(0.0), Ok(()));
 }
 
 #[test]
 fn steps_that_are_too_long_fail_by_name() {
-    let chain = FputChain::new(20, 0.0, 0.1).unwrap();
+    let chain = chain(20, 0.0, 0.1).curved();
     let [q, p] = from(20);
     let mut state = start::<f64>([&q, &p]);
     let before = state.clone();
-    let failure = LinearExact
-        .step(&chain, 1e5, &mut state, &mut LinearExact.workspace(&chain).unwrap())
-        .unwrap_err();
+    let failure = step(&*chain, 1e5, &mut state).unwrap_err();
     assert!(matches!(failure, StepFailure::TooLong { .. }), "{failure}");
     assert_eq!(state, before);
     // A solution that overflows.
-    let active = DampedOscillator::new(1.0, -1.0).unwrap();
-    let mut state = State::new([1.0], [0.5]).unwrap();
-    let failure = LinearExact
-        .step(&active, 1e4, &mut state, &mut LinearExact.workspace(&active).unwrap())
-        .unwrap_err();
+    let active = oscillator(1.0, -1.0).curved();
+    let mut state = State::new(vec![1.0], vec![0.5]).unwrap();
+    let before = state.clone();
+    let failure = step(&*active, 1e4, &mut state).unwrap_err();
     assert!(matches!(failure, StepFailure::NonFinite { .. }), "{failure}");
-    assert_eq!((state.q, state.p, state.w), ([1.0], [0.5], [0.0]));
+    assert_eq!(state, before);
 }
 
+/// Nor does the erasure of the type of the system.
 #[test]
 fn steps_allocate_nothing_and_storage_does_not_matter() {
     for n in [1, 3, 20] {
-        let chain = FputChain::new(n, 0.0, 0.1).unwrap();
+        let chain = &*chain(n, 0.0, 0.1).curved::<f64>();
         let [q, p] = from(n);
         let mut state = start::<f64>([&q, &p]);
-        let mut workspace = LinearExact.workspace(&chain).unwrap();
+        let mut workspace = LinearExact.workspace(chain).unwrap();
         let allocated = measure(|| {
             for h in [0.1, 0.1, 3.0] {
-                LinearExact.step(&chain, h, &mut state, &mut workspace).unwrap();
+                LinearExact.step(chain, h, &mut state, &mut workspace).unwrap();
             }
         });
         assert_eq!(allocated.count_total, 0);
@@ -315,6 +312,6 @@ fn steps_allocate_nothing_and_storage_does_not_matter() {
     let mut stack = State::new([0.5, -0.3, 0.8], [0.2, 0.7, -0.4]).unwrap();
     let mut heap = State::new(stack.q.to_vec(), stack.p.to_vec()).unwrap();
     LinearExact.step(&chain, 0.3, &mut stack, &mut LinearExact.workspace(&chain).unwrap()).unwrap();
-    LinearExact.step(&chain, 0.3, &mut heap, &mut LinearExact.workspace(&chain).unwrap()).unwrap();
+    step(&chain, 0.3, &mut heap).unwrap();
     assert_eq!((stack.q.to_vec(), stack.p.to_vec(), stack.w.to_vec()), (heap.q, heap.p, heap.w));
 }

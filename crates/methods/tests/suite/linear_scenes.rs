@@ -1,13 +1,12 @@
 //! Passive linear systems, and the growth of states in a step, measured in the energy norm.
 
-use crate::bind::{linear, nonlinear, separable, uniform};
+use crate::bind::{Curved, separable};
+use crate::catalog::{self, As, chain};
 use afterbay_core::{
     Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, IntegrateError, Line,
     Passive, Separable, State, System,
 };
 use afterbay_methods::registry::{Row, Run};
-use afterbay_systems::{DampedOscillator, FputChain};
-use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 
 /// H = Σ p_j²/(2 m_j) + Σ k_j (q_{j+1} - q_j)²/2 with walls at both ends, D_j = c_j v_j.
@@ -112,7 +111,7 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    fn new(name: impl Into<String>, system: &impl Curvature<f64>, binds: Vec<Bind>) -> Self {
+    fn new(name: impl Into<String>, system: &Curved<f64>, binds: Vec<Bind>) -> Self {
         let n = system.dof();
         let (mut hessian, mut friction) =
             (DMatrix::<f64>::zeros(2 * n, 2 * n), DMatrix::<f64>::zeros(n, n));
@@ -186,10 +185,7 @@ impl Scene {
             <= 1e-9 * (1.0 + images.norm());
         if linear {
             // The basis is symmetric and its own inverse.
-            let matrix = &images * &basis;
-            let matrix = Mat::from_fn(size, size, |i, j| matrix[(i, j)]);
-            let eigenvalues = matrix.eigenvalues().expect("the step is finite");
-            return Ok(eigenvalues.iter().map(|z| z.re.hypot(z.im)).fold(0.0, f64::max));
+            return Ok(spectral_radius(&images * &basis));
         }
         let mut most = 0.0_f64;
         for start in basis.column_iter() {
@@ -212,14 +208,31 @@ impl Scene {
     }
 }
 
+/// The largest modulus of an eigenvalue: the limit of |Aᴺ|^(1/N), by repeated squaring to N = 2⁵⁰.
+fn spectral_radius(mut power: DMatrix<f64>) -> f64 {
+    let mut logarithm = 0.0;
+    for squarings in 0..50 {
+        let size = power.norm();
+        if size == 0.0 {
+            return 0.0;
+        }
+        logarithm += size.ln() * 0.5_f64.powi(squarings);
+        power /= size;
+        power = &power * &power;
+    }
+    logarithm.exp()
+}
+
 /// The number of steps of an orbit.
 const ORBIT: u32 = 100;
 
 fn oscillator(k: f64, b: f64) -> Scene {
-    let system = DampedOscillator::new(k, b).unwrap();
-    let binds: Vec<Bind> =
-        vec![Box::new(move |row| linear(row, system)), Box::new(move |row| nonlinear(row, system))];
-    Scene::new(format!("oscillator k = {k}, b = {b}"), &system, binds)
+    let system = catalog::oscillator(k, b);
+    let binds = [As::Linear, As::Nonlinear].map(|form| -> Bind {
+        let system = system.clone();
+        Box::new(move |row| system.bind(row, form))
+    });
+    Scene::new(format!("oscillator k = {k}, b = {b}"), &*system.curved(), Vec::from(binds))
 }
 
 fn masses(stiff: bool) -> Scene {
@@ -231,9 +244,10 @@ fn masses(stiff: bool) -> Scene {
 
 /// Undamped, under- and overdamped, stiff, coupled.
 pub(crate) fn scenes() -> Vec<Scene> {
-    let equal = FputChain::new(8, 0.0, 0.3).unwrap();
-    let equal =
-        Scene::new("8 equal masses", &equal, vec![Box::new(move |row| uniform(row, equal))]);
+    let equal = chain(8, 0.0, 0.3);
+    let curved = equal.curved();
+    let bind: Bind = Box::new(move |row| equal.bind(row, As::Uniform));
+    let equal = Scene::new("8 equal masses", &*curved, vec![bind]);
     let oscillators = [(1.0, 0.0), (1.0, 0.1), (1.0, 200.0), (1e4, 1.0), (1e4, 300.0), (0.01, 3.0)];
     oscillators
         .map(|(k, b)| oscillator(k, b))

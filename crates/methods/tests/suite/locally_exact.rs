@@ -1,59 +1,46 @@
 //! The locally exact discrete gradient: order 2 in q, p and w, exact where the system is linear, K,
 //! passivity, symmetry, failures.
 
-use crate::bind::Curved;
-use crate::many;
-use crate::many::orders as orders_of;
-use crate::systems;
+use crate::bind::{Curved, curved};
+use crate::catalog::{As, Both, Built, chain, duffing, oscillator, pendulum, ring, van_der_pol};
+use crate::many::orders::check_orders;
+use crate::many::{InSeries, errors, exact_end, reference, start};
+use crate::systems::{self, Springs, Twisted};
 use afterbay_core::{
-    Coupling, Curvature, DissipationForm, Method, Passive, Quad, Scalar, Series, State,
-    StepFailure, System,
+    Block, Coupling, Curvature, DissipationForm, Method, Passive, Quad, State, StepFailure, System,
 };
-use afterbay_methods::{Gonzalez, LocallyExact};
-use afterbay_systems::{
-    DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol, VanDerPolRing,
-};
+use afterbay_methods::LocallyExact;
+use afterbay_methods::registry::{Run, find};
+use afterbay_systems::DampedDoublePendulum;
+use afterbay_systems::catalog::Expandable;
 use allocation_counter::measure;
-use many::{errors, reference, start};
-use orders_of::check_orders;
 use proptest::prelude::*;
-use systems::{Springs, Twisted};
-
-/// A system, and the same system in power series.
-type Pair<'a, T> = (&'a Curved<T>, &'a dyn System<Series<T, 24>>);
 
 const THREE: [&[f64]; 2] = [&[0.5, -0.3, 0.8], &[0.2, 0.7, -0.4]];
 const TWO: [&[f64]; 2] = [&[0.6, -0.4], &[0.3, 0.5]];
 
-fn chain<T: Scalar>() -> FputChain<T> {
-    FputChain::new(3, T::from_f64(0.5), T::from_f64(0.25)).unwrap()
+fn swing(c: f64) -> Built {
+    pendulum([1.0, 0.75], [1.0, 0.5], 3.0, [c, 0.25])
 }
 
-fn ring<T: Scalar>() -> VanDerPolRing<T> {
-    VanDerPolRing::new(3, T::from_f64(0.75), T::from_f64(0.5)).unwrap()
-}
-
-fn pendulum<T: Scalar>(c: f64) -> DampedDoublePendulum<T> {
-    let x = T::from_f64;
-    DampedDoublePendulum::new([x(1.0), x(0.75)], [x(1.0), x(0.5)], x(3.0), [x(c), x(0.25)]).unwrap()
-}
-
-fn orders<T: Scalar>(counts: [u64; 4], tolerance: f64) {
-    let order = (2.0, tolerance);
-    let chains: Pair<T> = (&chain::<T>(), &chain::<Series<T, 24>>());
-    check_orders("chain", &LocallyExact, chains, THREE, (2.0, counts), order);
-    let rings: Pair<T> = (&ring::<T>(), &ring::<Series<T, 24>>());
-    check_orders("ring", &LocallyExact, rings, THREE, (2.0, counts), order);
-    let pendulums: Pair<T> = (&pendulum::<T>(0.125), &pendulum::<Series<T, 24>>(0.125));
-    check_orders("pendulum", &LocallyExact, pendulums, TWO, (2.0, counts), order);
+fn orders<T: Both + Expandable>(counts: [u64; 4], tolerance: f64) {
+    let row = find("locally-exact").unwrap();
+    let check = |name: &str, run: &Run<T>, series: &InSeries<T>, from: [&[f64]; 2]| {
+        check_orders(name, (run, series), from, (2.0, counts), (2.0, tolerance));
+    };
+    for (name, system, from) in [
+        ("chain", chain(3, 0.5, 0.25), THREE),
+        ("ring", ring(3, 0.75, 0.5), THREE),
+        ("pendulum", swing(0.125), TWO),
+    ] {
+        check(name, &system.bind(row, As::Curved).unwrap(), &*system.series(), from);
+    }
     // Friction that couples velocities, with H not separable.
     let twisted = Twisted { c: 0.25, offset: 0.0 };
-    let twisted: Pair<T> = (&twisted, &twisted);
-    check_orders("twisted", &LocallyExact, twisted, TWO, (2.0, counts), order);
+    check("twisted", &curved(row, twisted).unwrap(), &twisted, TWO);
     let four: [&[f64]; 2] = [&[0.5, -0.3, 0.8, 0.1], &[0.2, 0.7, -0.4, 0.9]];
     for springs in [Springs::dense(4, 0.2), Springs::ring(4, 0.2)] {
-        let springs: Pair<T> = (&springs, &springs);
-        check_orders("springs", &LocallyExact, springs, four, (2.0, counts), order);
+        check("springs", &curved(row, springs.clone()).unwrap(), &springs, four);
     }
 }
 
@@ -68,14 +55,15 @@ fn order_two_in_31_digits() {
 }
 
 /// Compares many steps of a linear system, each up to the period, with the Taylor series.
-fn exact<T: Scalar>(system: &Curved<T>, series: &dyn System<Series<T, 24>>, h: f64) {
+fn exact<T: Both + Expandable>(system: &Built, h: f64) {
     let n = system.dof();
     let q: Vec<f64> = (0..n).map(|j| (0.9 * j as f64 + 0.3).sin()).collect();
     let from: [&[f64]; 2] = [&q, &q];
-    let exact = reference(series, from, T::from_f64(h), 10);
-    let (mut state, mut workspace) = (start::<T>(from), LocallyExact.workspace(system).unwrap());
+    let exact = reference(&*system.series(), from, T::from_f64(h), 10);
+    let run = system.bind::<T>(find("locally-exact").unwrap(), As::Curved).unwrap();
+    let mut state = start::<T>(from);
     for exact in &exact[1..] {
-        let effort = LocallyExact.step(system, T::from_f64(h), &mut state, &mut workspace).unwrap();
+        let effort = run.step(T::from_f64(h), &mut state).unwrap();
         let found = errors(&state, exact);
         assert!(
             found.iter().all(|&error| error < 400.0 * (1.0 + h) * T::EPSILON),
@@ -90,18 +78,14 @@ fn exact_on_linear_systems() {
     // h = π is a pole of tanh: the oscillator turns by half a period.
     for h in [0.01, 0.7, std::f64::consts::PI, 9.0] {
         for n in [1, 3, 20] {
-            let system = FputChain::new(n, 0.0, 0.25).unwrap();
-            exact::<f64>(&system, &system.map(Series::constant), h);
+            exact::<f64>(&chain(n, 0.0, 0.25), h);
         }
-        let quad = FputChain::new(3, 0.0, 0.25).unwrap().map(Quad::from_f64);
-        exact::<Quad>(&quad, &quad.map(Series::constant), h);
-        let system = DampedOscillator::new(1.0, 0.0).unwrap();
-        exact::<f64>(&system, &system.map(Series::constant), h);
+        exact::<Quad>(&chain(3, 0.0, 0.25), h);
+        exact::<f64>(&oscillator(1.0, 0.0), h);
     }
     // Overdamped: the midpoint rule reverses the sign of the fast component, while this method
     // damps it.
-    let system = DampedOscillator::new(1.0, 200.0).unwrap();
-    exact::<f64>(&system, &system.map(Series::constant), 0.1);
+    exact::<f64>(&oscillator(1.0, 200.0), 0.1);
 }
 
 /// |ΔK| in roundings of its terms along the step.
@@ -180,8 +164,8 @@ proptest! {
         h in step(), c in -0.5..2.0, alpha in -3.0..3.0, beta in 0.0..3.0,
         z in [-2.0..2.0, -2.0..2.0],
     ) {
-        checked(&Duffing::new(alpha, beta, c).unwrap(), h, &z[..1], &z[1..])?;
-        checked(&VanDerPol::new(c).unwrap(), h, &z[..1], &z[1..])?;
+        checked(&*duffing(alpha, beta, c).curved(), h, &z[..1], &z[1..])?;
+        checked(&*van_der_pol(c).curved(), h, &z[..1], &z[1..])?;
         checked(&Wind { c }, h, &z[..1], &z[1..])?;
     }
 
@@ -189,10 +173,10 @@ proptest! {
     fn books_of_many(
         h in step(), c in -0.5..2.0, beta in 0.0..2.0, z in prop::array::uniform6(-1.0..1.0),
     ) {
-        checked(&FputChain::new(3, beta, c).unwrap(), h, &z[..3], &z[3..])?;
-        checked(&VanDerPolRing::new(3, c, beta).unwrap(), h, &z[..3], &z[3..])?;
+        checked(&*chain(3, beta, c).curved(), h, &z[..3], &z[3..])?;
+        checked(&*ring(3, c, beta).curved(), h, &z[..3], &z[3..])?;
         checked(&Twisted { c: c.abs(), offset: 0.0 }, h, &z[..2], &z[2..4])?;
-        checked(&pendulum::<f64>(c.abs()), h, &z[..2], &z[2..4])?;
+        checked(&*swing(c.abs()).curved(), h, &z[..2], &z[2..4])?;
     }
 }
 
@@ -223,13 +207,7 @@ impl System<f64> for Wind {
 }
 
 impl Curvature<f64> for Wind {
-    fn curvature(
-        &self,
-        q: &[f64],
-        p: &[f64],
-        mut put: impl FnMut(afterbay_core::Block, usize, usize, f64),
-    ) {
-        use afterbay_core::Block;
+    fn curvature(&self, q: &[f64], p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
         put(Block::Hqq, 0, 0, 1.0 + 3.0 * q[0] * q[0]);
         put(Block::Hpp, 0, 0, 1.0);
         put(Block::Dp, 0, 0, 2.0 * self.c * p[0].abs());
@@ -240,15 +218,13 @@ impl Curvature<f64> for Wind {
 #[test]
 fn weak_nonlinearity_costs_little() {
     let error = |beta: f64| {
-        let system = FputChain::new(3, beta, 0.25).unwrap();
-        let exact = reference(&system.map(Series::constant), THREE, 0.25, 1).pop().unwrap();
-        let (mut ours, mut theirs) = (start::<f64>(THREE), start::<f64>(THREE));
-        LocallyExact
-            .step(&system, 0.25, &mut ours, &mut LocallyExact.workspace(&system).unwrap())
-            .unwrap();
-        let method = Gonzalez::default();
-        method.step(&system, 0.25, &mut theirs, &mut method.workspace(&system).unwrap()).unwrap();
-        [errors(&ours, &exact), errors(&theirs, &exact)]
+        let system = chain(3, beta, 0.25);
+        let exact = exact_end(&*system.series(), &start(THREE), 0.25);
+        ["locally-exact", "gonzalez"].map(|name| {
+            let mut state = start::<f64>(THREE);
+            system.bind(find(name).unwrap(), As::Curved).unwrap().step(0.25, &mut state).unwrap();
+            errors(&state, &exact)
+        })
     };
     let [ours, theirs] = error(1e-4);
     println!("beta = 1e-4: {ours:?} against {theirs:?} of the midpoint discrete gradient");
@@ -257,46 +233,47 @@ fn weak_nonlinearity_costs_little() {
 
 #[test]
 fn failures_have_names_and_leave_the_state() {
-    let mut state = State::new([2.0], [1.0]).unwrap();
-    let before = state.clone();
-    let steep = Duffing::new(-1.0, -5.0, 0.1).unwrap();
-    let failure = LocallyExact
-        .step(&steep, 5.0, &mut state, &mut LocallyExact.workspace(&steep).unwrap())
-        .unwrap_err();
+    let fails = |system: &Curved<f64>, h: f64| {
+        let before = State::new(vec![2.0], vec![1.0]).unwrap();
+        let (mut state, mut workspace) = (before.clone(), LocallyExact.workspace(system).unwrap());
+        let failure = LocallyExact.step(system, h, &mut state, &mut workspace).unwrap_err();
+        assert_eq!(state, before);
+        failure
+    };
+    let failure = fails(&*duffing(-1.0, -5.0, 0.1).curved(), 5.0);
     println!("{failure}");
     assert!(
         matches!(failure, StepFailure::NotContracting { dof: 0, .. } | StepFailure::TooLong { .. }),
         "{failure}"
     );
-    assert_eq!(state, before);
-    let stiff = DampedOscillator::new(1.0, 1e4).unwrap();
-    let failure = LocallyExact
-        .step(&stiff, 1.0, &mut state, &mut LocallyExact.workspace(&stiff).unwrap())
-        .unwrap_err();
+    let failure = fails(&*oscillator(1.0, 1e4).curved(), 1.0);
     assert!(matches!(failure, StepFailure::TooLong { .. }), "{failure}");
-    assert_eq!(state, before);
 }
 
+/// Nor does the erasure of the type of the system.
 #[test]
 fn steps_allocate_nothing_and_storage_does_not_matter() {
-    let system = pendulum::<f64>(0.125);
-    let (mut stack, mut heap) = (State::new([0.6, -0.4], [0.3, 0.5]).unwrap(), start::<f64>(TWO));
+    let system = DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [0.125, 0.25]).unwrap();
+    let mut stack = State::new([0.6, -0.4], [0.3, 0.5]).unwrap();
     let mut on_stack = LocallyExact.workspace(&system).unwrap();
-    let mut on_heap = LocallyExact.workspace(&system).unwrap();
-    let twisted = Twisted { c: 0.2, offset: 0.0 };
-    let (mut coupled, mut place) = (start::<f64>(TWO), LocallyExact.workspace(&twisted).unwrap());
-    let springs = Springs::chain(40, 0.1);
     let (q, p) = systems::start::<f64>(40);
-    let mut long = State::new(q, p).unwrap();
-    let mut along = LocallyExact.workspace(&springs).unwrap();
+    let (twisted, springs) = (Twisted { c: 0.2, offset: 0.0 }, Springs::chain(40, 0.1));
+    let erased: [(&Curved<f64>, _); 3] = [
+        (&system, start::<f64>(TWO)),
+        (&twisted, start(TWO)),
+        (&springs, State::new(q, p).unwrap()),
+    ];
+    let mut on_heap =
+        erased.map(|(system, state)| (system, state, LocallyExact.workspace(system).unwrap()));
     let allocated = measure(|| {
         for _ in 0..50 {
             LocallyExact.step(&system, 0.05, &mut stack, &mut on_stack).unwrap();
-            LocallyExact.step(&system, 0.05, &mut heap, &mut on_heap).unwrap();
-            LocallyExact.step(&springs, 0.05, &mut long, &mut along).unwrap();
-            LocallyExact.step(&twisted, 0.05, &mut coupled, &mut place).unwrap();
+            for (system, state, workspace) in &mut on_heap {
+                LocallyExact.step(*system, 0.05, state, workspace).unwrap();
+            }
         }
     });
+    let [(_, heap, _), ..] = on_heap;
     assert_eq!(allocated.count_total, 0);
     assert_eq!((stack.q.to_vec(), stack.p.to_vec(), stack.w.to_vec()), (heap.q, heap.p, heap.w));
 }

@@ -1,4 +1,6 @@
-//! All tests of the methods in one program, so that each method is compiled once for each system.
+//! All tests of the methods in one program. Where a test is not about a static form, it takes methods
+//! and systems in the forms that the libraries compile (`bind`, `catalog`), so that they are not
+//! compiled again here.
 
 #![cfg(test)]
 
@@ -9,6 +11,7 @@ mod adaptive_samples;
 mod adaptive_stiff;
 mod bind;
 mod cancelling_terms;
+mod catalog;
 mod chain_memory;
 mod clocked;
 mod collocation;

@@ -130,22 +130,27 @@ fn what_is_no_mass_is_refused_wherever_it_hangs() {
 
 #[test]
 fn a_run_that_needs_a_mass_does_not_start_without_one() {
-    fn run(method: &impl Method<[f64; 1], Weights<1>>, mass: f64) -> Result<(), IntegrateError> {
-        let start = State::new([1.0], [0.5]).unwrap();
-        let mut state = start.clone();
-        let outcome =
-            integrate(method, &Weights([mass]), Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
+    fn run(system: &dyn Linear<f64>) -> Result<(), IntegrateError> {
+        let start = State::new(vec![1.0], vec![0.5]).unwrap();
+        let (method, mut state) = (ModDg { steps: Plain, solver: ClosedForm }, start.clone());
+        let outcome = integrate(&method, system, Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
         assert!(outcome.is_ok() || state == start);
         outcome.map(drop)
     }
-    let refused = Err(IntegrateError::Input(InputError::Mass { dof: 0, value: -1.0 }));
-    assert_eq!(run(&Leapfrog, -1.0), refused);
-    assert_eq!(run(&Increment::new(Composition::pair()), -1.0), refused);
-    assert_eq!(run(&ModDg::newton(), -1.0), refused);
-    assert_eq!(run(&ModDg { steps: Plain, solver: ClosedForm }, -1.0), refused);
-    // RK4 does not divide by a mass.
-    assert_eq!(run(&Rk4, -1.0), Ok(()));
-    for outcome in [run(&Leapfrog, 1.0), run(&ModDg::newton(), 1.0), run(&ModDg::linear(), 1.0)] {
-        assert_eq!(outcome, Ok(()));
+    let error = InputError::Mass { dof: 0, value: -1.0 };
+    assert_eq!(run(&Weights([-1.0])), Err(IntegrateError::Input(error.clone())));
+    assert_eq!(run(&Weights([1.0])), Ok(()));
+    // A run begins with the workspace.
+    fn starts<M: Method<[f64; 1], dyn Separable<f64>>>(
+        method: &M,
+        m: f64,
+    ) -> Result<(), InputError> {
+        method.workspace(&Weights([m])).map(drop)
     }
+    assert_eq!(starts(&Leapfrog, -1.0), Err(error.clone()));
+    assert_eq!(starts(&Increment::new(Composition::pair()), -1.0), Err(error.clone()));
+    assert_eq!(starts(&ModDg::newton(), -1.0), Err(error));
+    // RK4 does not divide by a mass.
+    assert_eq!(starts(&Rk4, -1.0), Ok(()));
+    assert_eq!([starts(&Leapfrog, 1.0), starts(&ModDg::newton(), 1.0)], [Ok(()), Ok(())]);
 }

@@ -1,12 +1,11 @@
 //! One step of a method for one degree of freedom, and the change of K = H + w that rounding may
 //! cause.
 
-use crate::bind::{linear, nonlinear};
+use crate::catalog::{self, As, Both};
 use afterbay_core::{
     Effort, InputError, IntegrateError, Mask, Passive, Quad, Scalar, State, StepFailure,
 };
-use afterbay_methods::registry::{Number, Row, Run};
-use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol, VanDerPol};
+use afterbay_methods::registry::{Row, Run};
 use proptest::prelude::*;
 
 /// The bound of every check below, in unit roundoffs of the terms of a step (see [`Model::terms`]).
@@ -47,8 +46,6 @@ pub(crate) struct Bound<T: Scalar> {
     pub(crate) closed: bool,
 }
 
-type Attempt<T> = Result<Run<T>, InputError>;
-
 impl Model {
     /// α and β of V = α q²/2 + β q⁴/4.
     fn potential(self) -> [f64; 2] {
@@ -71,29 +68,27 @@ impl Model {
     }
 
     /// Binds the method to the system, in closed form if there is one, and with a solver.
-    pub(crate) fn bind<T: Number>(self, row: &Row) -> Vec<Bound<T>> {
-        let x = T::from_f64;
-        let attempts: [Option<Attempt<T>>; 2] = match self {
-            Self::DampedOscillator { k, b } => {
-                let system = DampedOscillator::new(x(k), x(b)).unwrap();
-                [Some(linear(row, system)), Some(nonlinear(row, system))]
+    pub(crate) fn bind<T: Both>(self, row: &Row) -> Vec<Bound<T>> {
+        let system = match self {
+            Self::DampedOscillator { k, b } => catalog::oscillator(k, b),
+            Self::Duffing { alpha, beta, c } => catalog::duffing(alpha, beta, c),
+            Self::VanDerPol { mu } => catalog::van_der_pol(mu),
+            Self::ModifiedVanDerPol { mu, alpha, beta } => {
+                catalog::modified_van_der_pol(mu, alpha, beta)
             }
-            Self::Duffing { alpha, beta, c } => {
-                [None, Some(nonlinear(row, Duffing::new(x(alpha), x(beta), x(c)).unwrap()))]
-            }
-            Self::VanDerPol { mu } => [None, Some(nonlinear(row, VanDerPol::new(x(mu)).unwrap()))],
-            Self::ModifiedVanDerPol { mu, alpha, beta } => [
-                None,
-                Some(nonlinear(row, ModifiedVanDerPol::new(x(mu), x(alpha), x(beta)).unwrap())),
-            ],
+        };
+        let forms: &[As] = match self {
+            Self::DampedOscillator { .. } => &[As::Linear, As::Nonlinear],
+            _ => &[As::Nonlinear],
         };
         let mut bound = Vec::new();
-        for (run, closed) in attempts.into_iter().zip([true, false]) {
-            match run {
-                None | Some(Err(InputError::Unsupported { .. })) => {}
-                Some(Err(error)) => panic!("{}: {error}", row.name),
-                Some(Ok(run)) => {
-                    bound.push(Bound { run, closed: closed && row.name != "moddg-fixed-point" });
+        for &form in forms {
+            match system.bind(row, form) {
+                Err(InputError::Unsupported { .. }) => {}
+                Err(error) => panic!("{}: {error}", row.name),
+                Ok(run) => {
+                    let closed = form == As::Linear && row.name != "moddg-fixed-point";
+                    bound.push(Bound { run, closed });
                 }
             }
         }
@@ -134,7 +129,7 @@ impl Model {
 }
 
 /// Conversion to 31 digits without rounding.
-pub(crate) trait Widen: Number {
+pub(crate) trait Widen: Both {
     fn widen(self) -> Quad;
 }
 
@@ -161,45 +156,44 @@ pub(crate) struct Case {
 }
 
 /// Numbers up to `size`, including small ones and 0.
-pub(crate) fn number(size: f64) -> impl Strategy<Value = f64> {
+pub(crate) fn number(size: f64) -> BoxedStrategy<f64> {
     let tiny = (-12.0..0.0_f64, prop::bool::ANY)
         .prop_map(|(x, up)| if up { 10f64.powf(x) } else { -10f64.powf(x) });
-    prop_oneof![6 => -size..size, 1 => Just(0.0), 1 => tiny]
+    prop_oneof![6 => -size..size, 1 => Just(0.0), 1 => tiny].boxed()
 }
 
 pub(crate) fn logarithmic(from: f64, to: f64) -> impl Strategy<Value = f64> {
     (from..to).prop_map(|x| 10f64.powf(x))
 }
 
-pub(crate) fn damped_oscillator() -> impl Strategy<Value = Model> {
-    (logarithmic(-3.0, 3.0), number(10.0)).prop_map(|(k, b)| Model::DampedOscillator { k, b })
+pub(crate) fn damped_oscillator() -> BoxedStrategy<Model> {
+    let parameters = (logarithmic(-3.0, 3.0), number(10.0));
+    parameters.prop_map(|(k, b)| Model::DampedOscillator { k, b }).boxed()
 }
 
 /// Single wells, double wells, and potentials unbounded below.
-pub(crate) fn duffing() -> impl Strategy<Value = Model> {
-    (number(10.0), number(10.0), number(10.0)).prop_map(|(alpha, beta, c)| Model::Duffing {
-        alpha,
-        beta,
-        c,
-    })
+pub(crate) fn duffing() -> BoxedStrategy<Model> {
+    let parameters = (number(10.0), number(10.0), number(10.0));
+    parameters.prop_map(|(alpha, beta, c)| Model::Duffing { alpha, beta, c }).boxed()
 }
 
-pub(crate) fn van_der_pol() -> impl Strategy<Value = Model> {
-    number(10.0).prop_map(|mu| Model::VanDerPol { mu })
+pub(crate) fn van_der_pol() -> BoxedStrategy<Model> {
+    number(10.0).prop_map(|mu| Model::VanDerPol { mu }).boxed()
 }
 
-pub(crate) fn modified_van_der_pol() -> impl Strategy<Value = Model> {
+pub(crate) fn modified_van_der_pol() -> BoxedStrategy<Model> {
     (number(10.0), number(10.0), number(10.0))
         .prop_map(|(mu, alpha, beta)| Model::ModifiedVanDerPol { mu, alpha, beta })
+        .boxed()
 }
 
 /// All systems, passive and active.
-pub(crate) fn model() -> impl Strategy<Value = Model> {
-    prop_oneof![damped_oscillator(), duffing(), van_der_pol(), modified_van_der_pol()]
+pub(crate) fn model() -> BoxedStrategy<Model> {
+    prop_oneof![damped_oscillator(), duffing(), van_der_pol(), modified_van_der_pol()].boxed()
 }
 
 /// An initial state for one of the systems: random, at a turning point, or at an equilibrium.
-pub(crate) fn case(model: impl Strategy<Value = Model>) -> impl Strategy<Value = Case> {
+pub(crate) fn case(model: BoxedStrategy<Model>) -> impl Strategy<Value = Case> {
     (model, number(10.0), number(10.0), number(10.0), logarithmic(-6.0, 1.0), 0..8).prop_map(
         |(model, q, p, w, h, place)| {
             let [alpha, beta] = model.potential();

@@ -3,15 +3,14 @@
 //!
 //! `cargo test -p afterbay-methods --test suite order_table -- --nocapture` prints the table.
 
-use crate::bind::{general, linear, nonlinear, separable};
-use crate::slope;
-use afterbay_core::taylor::trajectory;
-use afterbay_core::{Grid, Quad, Scalar, Series, State, System};
+use crate::catalog::{As, Built, chain, duffing, oscillator, pendulum, van_der_pol};
+use crate::many::{exact_end, start};
+use crate::slope::slope;
+use afterbay_core::{Abilities, Grid, Quad, Scalar, State};
 use afterbay_methods::registry::{EXACT, FIXED, Needs, Row, Run};
-use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPol};
 use rayon::prelude::*;
-use slope::slope;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// The largest difference between a slope and the order.
 const TOLERANCE: f64 = 0.05;
@@ -52,9 +51,6 @@ fn orders(row: &Row) -> [u32; 3] {
     [q.min(p), q.min(p), q.min(p).min(w)]
 }
 
-type Energy = dyn Fn(&[Quad], &[Quad]) -> Quad + Sync;
-type Bind = dyn Fn(&Row) -> Run<Quad> + Sync;
-
 /// A system, its initial state, and its solution at the end.
 struct Problem {
     name: &'static str,
@@ -63,36 +59,33 @@ struct Problem {
     finer: u64,
     start: State<Vec<Quad>>,
     exact: State<Vec<Quad>>,
-    /// H
-    energy: Box<Energy>,
-    bind: Box<Bind>,
+    listed: Built,
+    form: As,
+    system: Arc<dyn Abilities<Quad>>,
 }
 
 impl Problem {
-    fn new<S: System<Quad> + Sync + 'static, const N: usize>(
+    fn new(
         name: &'static str,
-        system: S,
-        series: &impl System<Series<Quad, 24>>,
-        [q, p]: [[f64; N]; 2],
+        (listed, form): (Built, As),
+        from: [&[f64]; 2],
         (end, finer): (f64, u64),
-        bind: impl Fn(&Row) -> Run<Quad> + Sync + 'static,
     ) -> Self {
-        let lift = |x: [f64; N]| x.map(Quad::from_f64).to_vec();
-        let start = State::new(lift(q), lift(p)).unwrap();
-        let exact = trajectory(series, &start, Quad::from_f64(end), 1).unwrap().pop().unwrap();
-        let energy = Box::new(move |q: &[Quad], p: &[Quad]| system.energy(q, p));
-        Self { name, end, finer, start, exact, energy, bind: Box::new(bind) }
+        let start = start(from);
+        let exact = exact_end(&*listed.series(), &start, end);
+        let system = listed.abilities();
+        Self { name, end, finer, start, exact, listed, form, system }
     }
 
     /// The errors of q, p and w at the end (Euclidean norms), and the largest drift of K along the
     /// run.
     fn run(&self, run: &Run<Quad>, steps: u64) -> ([f64; 3], f64) {
         let mut state = self.start.clone();
-        let before = (self.energy)(&state.q, &state.p);
+        let before = self.system.energy(&state.q, &state.p);
         let mut drift = 0.0_f64;
         let h = Quad::from_f64(self.end) / Quad::from_f64(steps as f64);
         run.run(Grid { h, steps }, &mut state, 1, &mut |_, now| {
-            let total = now.w.iter().fold((self.energy)(now.q, now.p), |sum, &w| sum + w);
+            let total = now.w.iter().fold(self.system.energy(now.q, now.p), |sum, &w| sum + w);
             drift = drift.max(((total - before) / before).abs().to_f64());
             ControlFlow::Continue(())
         })
@@ -106,7 +99,7 @@ impl Problem {
 
     /// A line of the table, and the errors found in it.
     fn line(&self, row: &Row) -> (String, Vec<String>) {
-        let run = (self.bind)(row);
+        let run = self.listed.bind(row, self.form).unwrap();
         let exact = row.order() == EXACT;
         let counts = counts(row.order()).map(|count| count * self.finer * finer(row));
         let runs = counts.map(|count| self.run(&run, count));
@@ -171,47 +164,18 @@ fn problems(row: &Row) -> &'static [usize] {
 }
 
 fn all() -> [Problem; 6] {
-    let (one, x) = (Quad::ONE, Quad::from_f64);
-    let three = [[0.5, -0.3, 0.8], [0.2, 0.7, -0.4]];
-    let up = [[0.8], [1.6]];
-    let chain = FputChain::new(3, one, x(0.25)).unwrap();
-    let straight = FputChain::new(3, x(0.0), x(0.25)).unwrap();
-    let pendulum =
-        DampedDoublePendulum::new([one, x(0.75)], [one, x(0.5)], one, [x(0.125), x(0.25)]).unwrap();
-    let duffing = Duffing::new(one, one, x(0.3)).unwrap();
-    let van_der_pol = VanDerPol::new(x(0.5)).unwrap();
-    let oscillator = DampedOscillator::new(x(1.25), x(0.375)).unwrap();
-    let lift = Series::constant;
+    let three: [&[f64]; 2] = [&[0.5, -0.3, 0.8], &[0.2, 0.7, -0.4]];
+    let two: [&[f64]; 2] = [&[0.6, -0.4], &[0.3, 0.5]];
+    let up: [&[f64]; 2] = [&[0.8], &[1.6]];
+    let swing = pendulum([1.0, 0.75], [1.0, 0.5], 1.0, [0.125, 0.25]);
     [
-        Problem::new("chain", chain, &chain.map(lift), three, (1.0, 1), move |row| {
-            separable(row, chain).unwrap()
-        }),
+        Problem::new("chain", (chain(3, 1.0, 0.25), As::Separable), three, (1.0, 1)),
         // The pendulum's sines vary faster than the forces of the chain.
-        Problem::new(
-            "pendulum",
-            pendulum,
-            &pendulum.map(lift),
-            [[0.6, -0.4], [0.3, 0.5]],
-            (1.0, 2),
-            move |row| general(row, pendulum).unwrap(),
-        ),
-        Problem::new("duffing", duffing, &duffing.map(lift), up, (0.375, 1), move |row| {
-            nonlinear(row, duffing).unwrap()
-        }),
-        Problem::new(
-            "vanderpol",
-            van_der_pol,
-            &van_der_pol.map(lift),
-            up,
-            (0.375, 1),
-            move |row| nonlinear(row, van_der_pol).unwrap(),
-        ),
-        Problem::new("oscillator", oscillator, &oscillator.map(lift), up, (0.375, 1), move |row| {
-            linear(row, oscillator).unwrap()
-        }),
-        Problem::new("linear", straight, &straight.map(lift), three, (1.0, 1), move |row| {
-            separable(row, straight).unwrap()
-        }),
+        Problem::new("pendulum", (swing, As::General), two, (1.0, 2)),
+        Problem::new("duffing", (duffing(1.0, 1.0, 0.3), As::Nonlinear), up, (0.375, 1)),
+        Problem::new("vanderpol", (van_der_pol(0.5), As::Nonlinear), up, (0.375, 1)),
+        Problem::new("oscillator", (oscillator(1.25, 0.375), As::Linear), up, (0.375, 1)),
+        Problem::new("linear", (chain(3, 0.0, 0.25), As::Separable), three, (1.0, 1)),
     ]
 }
 

@@ -1,15 +1,11 @@
 //! The orders of every method in q, p and w on nonlinear damped problems, in f64 and in 31 digits.
 
-use crate::bind::{linear, nonlinear};
-use crate::slope;
+use crate::catalog::{self, As, Both, Built};
+use crate::many::InSeries;
+use crate::slope::slope;
 use afterbay_core::taylor::{Expansion, trajectory};
-use afterbay_core::{
-    Curvature, Grid, InputError, Linear, Misprinted, OrderRaising, Quad, Scalar, Series, State,
-    StateRef, System,
-};
-use afterbay_methods::registry::{FIXED, Needs, Number, Row, Run, find};
-use afterbay_systems::{DampedOscillator, Duffing, ModifiedVanDerPol};
-use slope::slope;
+use afterbay_core::{Grid, InputError, Quad, Scalar, State, StateRef};
+use afterbay_methods::registry::{FIXED, Needs, Row, Run, find};
 use std::ops::ControlFlow;
 
 /// The largest difference between a slope and the order.
@@ -24,23 +20,16 @@ const FINE_STEPS: [f64; 5] = [0.0004, 0.0006, 0.0009, 0.0013, 0.002];
 /// Base points, away from the poles p = 0 and V' + D = 0 of every problem below.
 const POINTS: [(f64, f64); 3] = [(1.1, 0.9), (-0.7, -1.3), (0.8, 1.6)];
 
-const DUFFING: [f64; 3] = [1.0, 1.0, 0.3];
-const MODIFIED_VAN_DER_POL: [f64; 3] = [0.4, 1.0, 1.0];
-const OSCILLATOR: [f64; 2] = [1.3, 0.4];
-
-fn duffing<T: Scalar>() -> Duffing<T> {
-    let [alpha, beta, c] = DUFFING.map(T::from_f64);
-    Duffing::new(alpha, beta, c).unwrap()
+fn duffing() -> Built {
+    catalog::duffing(1.0, 1.0, 0.3)
 }
 
-fn modified_van_der_pol<T: Scalar>() -> ModifiedVanDerPol<T> {
-    let [mu, alpha, beta] = MODIFIED_VAN_DER_POL.map(T::from_f64);
-    ModifiedVanDerPol::new(mu, alpha, beta).unwrap()
+fn modified_van_der_pol() -> Built {
+    catalog::modified_van_der_pol(0.4, 1.0, 1.0)
 }
 
-fn oscillator<T: Scalar>() -> DampedOscillator<T> {
-    let [k, b] = OSCILLATOR.map(T::from_f64);
-    DampedOscillator::new(k, b).unwrap()
+fn oscillator() -> Built {
+    catalog::oscillator(1.3, 0.4)
 }
 
 type Bound<T> = Result<Run<T>, InputError>;
@@ -55,11 +44,12 @@ fn distance<T: Scalar>(a: StateRef<'_, T>, b: StateRef<'_, T>) -> [f64; 3] {
 }
 
 /// The local errors (x(t + h) - x1)/h of q, p and w at one point.
-fn local_errors<T, S>(system: &S, run: &Run<T>, steps: &[f64], point: (f64, f64)) -> Vec<[f64; 3]>
-where
-    T: Scalar,
-    S: System<Series<T, 24>>,
-{
+fn local_errors<T: Scalar>(
+    system: &InSeries<T>,
+    run: &Run<T>,
+    steps: &[f64],
+    point: (f64, f64),
+) -> Vec<[f64; 3]> {
     let exact = Expansion::<[T; 1], 24>::about(system, &start(point));
     let error = |&h: &f64| {
         let mut state = start(point);
@@ -94,19 +84,25 @@ fn rows() -> impl Iterator<Item = &'static Row> {
     FIXED.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= 4)
 }
 
+/// Binds a system, except a linear one to a method that is exact on it (locally_exact.rs).
+fn bind<T: Both>(system: &Built, row: &'static Row, form: As) -> Bound<T> {
+    if row.name == "locally-exact" && form == As::Linear {
+        return Err(InputError::Unsupported { method: row.name, why: "it has no error" });
+    }
+    system.bind(row, form)
+}
+
 /// Checks the local orders of every method that binds, at each point in 31 digits, and returns the
 /// number of methods.
-fn check_fine<S: System<Series<Quad, 24>>>(
-    system: &S,
-    bind: impl Fn(&Row) -> Bound<Quad>,
-) -> usize {
-    let bound = rows().filter_map(|row| Some((row, bind(row).ok()?)));
+fn check_fine(system: &Built, form: As) -> usize {
+    let series = system.series::<Quad>();
+    let bound = rows().filter_map(|row| Some((row, bind(system, row, form).ok()?)));
     bound
         .map(|(row, run)| {
             for point in POINTS {
                 assert_orders(
                     row,
-                    slopes(&FINE_STEPS, &local_errors(system, &run, &FINE_STEPS, point)),
+                    slopes(&FINE_STEPS, &local_errors(&*series, &run, &FINE_STEPS, point)),
                 );
             }
         })
@@ -115,13 +111,14 @@ fn check_fine<S: System<Series<Quad, 24>>>(
 
 /// Checks the orders in f64 for the root mean square over all points: at steps this large, a point
 /// where the leading error term is small would show the next one.
-fn check<S: System<Series<f64, 24>>>(system: &S, bind: impl Fn(&Row) -> Bound<f64>) -> usize {
-    let bound = rows().filter_map(|row| Some((row, bind(row).ok()?)));
+fn check(system: &Built, form: As) -> usize {
+    let series = system.series::<f64>();
+    let bound = rows().filter_map(|row| Some((row, bind(system, row, form).ok()?)));
     bound
         .map(|(row, run)| {
             let mut squares = [[0.0; 3]; STEPS.len()];
             for point in POINTS {
-                let errors = local_errors(system, &run, &STEPS, point);
+                let errors = local_errors(&*series, &run, &STEPS, point);
                 for (sum, error) in squares.iter_mut().flatten().zip(errors.into_iter().flatten()) {
                     *sum += error * error;
                 }
@@ -137,63 +134,47 @@ fn nonlinear_rows() -> usize {
 
 #[test]
 fn local_orders_on_duffing() {
-    let count = check(&duffing(), |row| nonlinear(row, duffing()));
+    let count = check(&duffing(), As::Nonlinear);
     assert_eq!(count, nonlinear_rows());
 }
 
 #[test]
 fn local_orders_on_duffing_in_31_digits() {
-    let count = check_fine(&duffing(), |row| nonlinear(row, duffing()));
+    let count = check_fine(&duffing(), As::Nonlinear);
     assert_eq!(count, nonlinear_rows());
 }
 
 #[test]
 fn local_orders_on_modified_van_der_pol() {
-    let bind = |row: &Row| nonlinear(row, modified_van_der_pol());
-    assert_eq!(check(&modified_van_der_pol(), bind), nonlinear_rows());
+    assert_eq!(check(&modified_van_der_pol(), As::Nonlinear), nonlinear_rows());
 }
 
 #[test]
 fn local_orders_on_modified_van_der_pol_in_31_digits() {
-    let bind = |row: &Row| nonlinear(row, modified_van_der_pol());
-    assert_eq!(check_fine(&modified_van_der_pol(), bind), nonlinear_rows());
-}
-
-/// Binds the oscillator, except to methods that are exact on it (locally_exact.rs).
-fn bind_oscillator<T: Number>(row: &Row) -> Bound<T> {
-    if row.name == "locally-exact" {
-        return Err(InputError::Unsupported { method: row.name, why: "it has no error" });
-    }
-    linear(row, oscillator())
+    assert_eq!(check_fine(&modified_van_der_pol(), As::Nonlinear), nonlinear_rows());
 }
 
 #[test]
 fn local_orders_on_the_damped_oscillator() {
-    assert_eq!(check(&oscillator(), bind_oscillator), rows().count() - 1);
+    assert_eq!(check(&oscillator(), As::Linear), rows().count() - 1);
 }
 
 #[test]
 fn local_orders_on_the_damped_oscillator_in_31_digits() {
-    assert_eq!(check_fine(&oscillator(), bind_oscillator), rows().count() - 1);
+    assert_eq!(check_fine(&oscillator(), As::Linear), rows().count() - 1);
 }
 
 /// The slopes of the largest errors of q, p and w over [0, 2].
-fn global_orders<T, S>(system: &S, run: &Run<T>) -> [f64; 3]
-where
-    T: Scalar,
-    S: System<Series<T, 24>>,
-{
+fn global_orders(system: &InSeries<f64>, run: &Run<f64>) -> [f64; 3] {
     let counts = [50, 64, 80, 100, 128];
     let steps = counts.map(|count| 2.0 / f64::from(count));
     let errors: Vec<[f64; 3]> = counts
         .iter()
         .zip(steps)
         .map(|(&count, h)| {
-            let exact =
-                trajectory::<_, _, 24>(system, &start(POINTS[0]), T::from_f64(h), count as usize);
-            let exact = exact.unwrap();
+            let exact = trajectory(system, &start(POINTS[0]), h, count as usize).unwrap();
             let mut worst = [0.0_f64; 3];
-            let mut show = |n: u64, state: StateRef<'_, T>| {
+            let mut show = |n: u64, state: StateRef<'_, f64>| {
                 let now = distance(exact[n as usize].state_ref(), state);
                 worst.iter_mut().zip(now).for_each(|(worst, now)| *worst = worst.max(now));
                 ControlFlow::Continue(())
@@ -212,56 +193,52 @@ where
 }
 
 /// Checks the global orders of the methods with the same order in q, p and w.
-fn check_global<T, S>(system: &S, bind: impl Fn(&Row) -> Bound<T>)
-where
-    T: Scalar,
-    S: System<Series<T, 24>>,
-{
+fn check_global(system: &Built) {
     for name in ["leapfrog", "rk4", "moddg", "moddg-fixed-point"] {
         let row = find(name).unwrap();
-        assert_orders(row, global_orders(system, &bind(row).unwrap()));
+        let run = system.bind(row, As::Nonlinear).unwrap();
+        assert_orders(row, global_orders(&*system.series(), &run));
     }
 }
 
 #[test]
 fn global_orders_on_duffing() {
-    check_global::<f64, _>(&duffing(), |row| nonlinear(row, duffing()));
+    check_global(&duffing());
 }
 
 #[test]
 fn global_orders_on_modified_van_der_pol() {
-    check_global::<f64, _>(&modified_van_der_pol(), |row| nonlinear(row, modified_van_der_pol()));
+    check_global(&modified_van_der_pol());
 }
 
 #[test]
 fn points_are_away_from_the_poles() {
-    fn far<S: OrderRaising<f64>>(system: &S) -> bool {
+    let far = |system: Built| {
+        let system = system.separable::<f64>();
         POINTS.iter().all(|&(q, p)| {
             let force = system.partial(&[q], 0, q) + system.dissipation_of(&[q], &[p], 0).value;
             p.abs() > 0.5 && force.abs() > 0.5
         })
-    }
-    assert!(far(&duffing()) && far(&modified_van_der_pol()) && far(&oscillator()));
+    };
+    assert!(far(duffing()) && far(modified_van_der_pol()) && far(oscillator()));
 }
 
 #[test]
 fn printed_variants_are_refused_where_the_paper_prints_nothing() {
-    fn refused<S: OrderRaising<f64> + Curvature<f64> + 'static>(row: &Row, system: S) {
-        let Err(error) = nonlinear::<f64, S>(row, system) else { panic!("{} applies", row.name) };
+    let refused = |row: &Row, system: Built| {
+        let found = system.bind::<f64>(row, As::Nonlinear);
+        let Err(error) = found else { panic!("{} applies", row.name) };
         assert!(
             matches!(error, InputError::Unsupported { method, .. } if method == row.name),
             "{error}"
         );
-    }
-    fn taken<S: Misprinted<f64> + Linear<f64> + Curvature<f64> + 'static>(row: &Row, system: S) {
-        assert!(linear::<f64, S>(row, system).is_ok());
-    }
+    };
     let printed: Vec<&Row> = FIXED.iter().filter(|row| row.needs == Needs::Printed).collect();
     assert_eq!(printed.len(), 6);
     for row in printed {
         refused(row, duffing());
         refused(row, modified_van_der_pol());
-        taken(row, oscillator());
+        assert!(oscillator().bind::<f64>(row, As::Linear).is_ok());
     }
 }
 
@@ -275,7 +252,7 @@ fn an_order_claimed_wrong_by_one_is_seen() {
         assert!((found - f64::from(order + 1)).abs() > 9.0 * TOLERANCE);
     }
     // moddg has order 2 and no other; an error of h³ instead of h² would be detected.
-    let run = nonlinear::<f64, _>(find("moddg").unwrap(), duffing()).unwrap();
-    let found = slopes(&STEPS, &local_errors(&duffing(), &run, &STEPS, POINTS[1]));
+    let run = duffing().bind::<f64>(find("moddg").unwrap(), As::Nonlinear).unwrap();
+    let found = slopes(&STEPS, &local_errors(&*duffing().series(), &run, &STEPS, POINTS[1]));
     assert!(found.into_iter().all(|found| (found - 3.0).abs() > 9.0 * TOLERANCE), "{found:?}");
 }

@@ -1,17 +1,14 @@
 //! Overflow and divergence: a step leaves finite numbers, or fails and leaves the state unchanged.
 
-use crate::bind::{linear, nonlinear};
-use crate::failures::{assert_says, bound, closed, failure, oscillator, state};
+use crate::catalog::{As, duffing, oscillator};
+use crate::failures::{assert_says, bound, closed, failure, state};
 use afterbay_core::{Grid, IntegrateError, Quantity, RunError, State, StateRef, StepFailure};
 use afterbay_methods::registry::FIXED;
-use afterbay_systems::Duffing;
 
 #[test]
 fn divergence_ends_before_the_numbers_do() {
     for (name, h) in [("leapfrog", 2.5), ("rk4", 3.5)] {
-        for run in
-            [bound(name, Duffing::new(1.0, 1.0, 0.1).unwrap()), closed(name, oscillator(1.0, 0.1))]
-        {
+        for run in [bound(name, &duffing(1.0, 1.0, 0.1)), closed(name, &oscillator(1.0, 0.1))] {
             let mut last = state(2.3, -3.1);
             let mut count = 0;
             let mut show = |n: u64, seen: StateRef<'_, f64>| {
@@ -43,8 +40,8 @@ fn divergence_ends_before_the_numbers_do() {
 fn every_method_leaves_finite_numbers_or_the_old_state() {
     let mut failures = 0;
     for row in FIXED {
-        let solved = nonlinear(row, Duffing::new(1.0, 1.0, -0.5).unwrap()).ok();
-        let closed = linear(row, oscillator(2.0, 0.5)).ok();
+        let solved = duffing(1.0, 1.0, -0.5).bind(row, As::Nonlinear).ok();
+        let closed = oscillator(2.0, 0.5).bind(row, As::Linear).ok();
         for run in solved.into_iter().chain(closed) {
             for (q, p) in [(1e200, 1e200), (-1e155, 1e-300), (1e308, -1e308), (5e-324, 1e308)] {
                 let (start, mut state) = (state(q, p), state(q, p));
@@ -64,7 +61,7 @@ fn every_method_leaves_finite_numbers_or_the_old_state() {
 #[test]
 fn a_reservoir_beyond_the_numbers_is_not_finite() {
     // q and p stay finite, but the dissipated energy overflows.
-    let found = failure(&closed("moddg", oscillator(1.0, 0.5)), 0.5, &state(1.0, 1e200));
+    let found = failure(&closed("moddg", &oscillator(1.0, 0.5)), 0.5, &state(1.0, 1e200));
     assert_eq!(
         found,
         StepFailure::NonFinite { quantity: Quantity::Reservoir, dof: 0, value: f64::INFINITY }
@@ -75,18 +72,18 @@ fn a_reservoir_beyond_the_numbers_is_not_finite() {
 #[test]
 fn steps_beyond_the_numbers_fail_by_name() {
     for h in [1e155, 1e160, 1e200, 1e300] {
-        let found = failure(&closed("moddg", oscillator(1.0, 0.1)), h, &state(1.3, 0.7));
+        let found = failure(&closed("moddg", &oscillator(1.0, 0.1)), h, &state(1.3, 0.7));
         assert!(matches!(found, StepFailure::NonFinite { .. }), "{h}: {found}");
     }
 }
 
 #[test]
 fn huge_steps_keep_k_or_fail_by_name() {
-    let system = oscillator(1.0, 0.1);
+    let system = &oscillator(1.0, 0.1);
     for exponent in 1..150 {
         let mut after = state(1.3, 0.7);
         if bound("moddg", system).step(10.0_f64.powi(exponent), &mut after).is_ok() {
-            let drift = (after.total(&system) - state(1.3, 0.7).total(&system)).abs();
+            let drift = (after.total(&**system) - state(1.3, 0.7).total(&**system)).abs();
             assert!(drift < 1e-14, "h = 1e{exponent}: {drift:e} at {after:?}");
         }
     }
@@ -99,7 +96,7 @@ fn overflow_is_reported_by_every_method() {
     // All of H, and w alone.
     let starts = [(1e200, 0.0), (1e154, 1.75e308)];
     for (row, (p, w)) in FIXED.iter().flat_map(|row| starts.map(|start| (row, start))) {
-        let Ok(run) = linear(row, oscillator(1.0, 0.5)) else { continue };
+        let Ok(run) = oscillator(1.0, 0.5).bind::<f64>(row, As::Linear) else { continue };
         let mut end = State::new([1.0], [p]).unwrap();
         end.w = [w];
         let found = run.step(0.5, &mut end).expect_err(row.name);

@@ -5,9 +5,10 @@ use afterbay_core::{
     Dissipation, DissipationForm, Passive, PhasePlane, PlaneDissipation, Scalar, Separable, Slopes,
     System,
 };
+use std::sync::Arc;
 
 /// A system given by its slopes alone, without its own edges.
-pub(crate) struct BySlopes<S>(pub(crate) S);
+pub(crate) struct BySlopes<T: Scalar>(pub(crate) Arc<dyn PhasePlane<T>>);
 
 /// The H of [`Twisted`] with D_j = c_j (1 + q_j²) ∂H/∂p_j.
 pub(crate) struct Curved(pub(crate) [f64; 2]);
@@ -98,7 +99,7 @@ impl<T: Scalar> PhasePlane<T> for Twisted {
     }
 }
 
-impl<T: Scalar, S: System<T>> System<T> for BySlopes<S> {
+impl<T: Scalar> System<T> for BySlopes<T> {
     fn dof(&self) -> usize {
         self.0.dof()
     }
@@ -116,7 +117,7 @@ impl<T: Scalar, S: System<T>> System<T> for BySlopes<S> {
     }
 }
 
-impl<T: Scalar, S: PhasePlane<T>> PhasePlane<T> for BySlopes<S> {
+impl<T: Scalar> PhasePlane<T> for BySlopes<T> {
     fn slopes(&self, q: &[T], p: &[T], j: usize, at: [T; 2]) -> Slopes<T> {
         self.0.slopes(q, p, j, at)
     }

@@ -1,9 +1,14 @@
 //! States and times that a run refuses before its first step, and the message of each refusal.
 
-use crate::failures::{Pair, assert_says, bound, closed, oscillator, state};
-use afterbay_core::{Effort, Grid, InputError, IntegrateError, Quantity, State, integrate};
-use afterbay_methods::{Leapfrog, ModDg, Rk4};
-use afterbay_systems::Duffing;
+use crate::bind::by_force;
+use crate::catalog::{As, duffing, oscillator};
+use crate::failures::{Pair, assert_says, bound, closed, state};
+use afterbay_core::{
+    Effort, Grid, InputError, IntegrateError, Quantity, State, StateRef, integrate,
+};
+use afterbay_methods::ModDg;
+use afterbay_methods::registry::find;
+use std::ops::ControlFlow;
 
 #[test]
 fn a_state_of_another_length_is_refused() {
@@ -11,10 +16,7 @@ fn a_state_of_another_length_is_refused() {
         let length = InputError::Length { quantity, expected: 1, found };
         assert_eq!(outcome, Err(IntegrateError::Input(length)));
     };
-    for run in [
-        bound("moddg", Duffing::new(1.0, 1.0, 0.1).unwrap()),
-        closed("moddg", oscillator(1.0, 0.1)),
-    ] {
+    for run in [bound("moddg", &duffing(1.0, 1.0, 0.1)), closed("moddg", &oscillator(1.0, 0.1))] {
         for n in [0, 2] {
             let mut state = State::new(vec![1.0; n], vec![0.5; n]).unwrap();
             let before = state.clone();
@@ -28,7 +30,7 @@ fn a_state_of_another_length_is_refused() {
 
 #[test]
 fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
-    let system = oscillator(1.0, 0.1);
+    let linear = &*oscillator(1.0, 0.1).abilities::<f64>().linear().unwrap();
     let grid = || Grid::of(0.1, 3).unwrap();
     let vec = |q: &[f64], p: &[f64], w: &[f64]| State {
         q: q.to_vec(),
@@ -42,7 +44,7 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
         (vec(&[1.0], &[1.0], &[0.0, 0.0, 0.0]), Quantity::Reservoir, 3),
     ] {
         let mut state = wrong.clone();
-        let error = integrate(&Rk4, &system, grid(), &mut state, &mut ()).unwrap_err();
+        let error = integrate(&ModDg::linear(), linear, grid(), &mut state, &mut ()).unwrap_err();
         let expected = InputError::Length { quantity, expected: 1, found };
         assert_eq!(error, IntegrateError::Input(expected.clone()));
         assert_eq!(wrong.check(1), Err(expected));
@@ -57,12 +59,13 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
         (vec(&[1.0], &[f64::NEG_INFINITY], &[0.0]), Quantity::Momentum),
         (vec(&[1.0], &[1.0], &[f64::INFINITY]), Quantity::Reservoir),
     ] {
-        for error in [
-            integrate(&Leapfrog, &system, grid(), &mut wrong.clone(), &mut ()),
-            integrate(&Rk4, &system, grid(), &mut wrong.clone(), &mut ()),
-            integrate(&ModDg::newton(), &system, grid(), &mut wrong.clone(), &mut ()),
-            integrate(&ModDg::linear(), &system, grid(), &mut wrong.clone(), &mut ()),
-        ] {
+        let bound = ["leapfrog", "rk4", "moddg"].map(|name| {
+            let run = oscillator(1.0, 0.1).bind(find(name).unwrap(), As::Separable).unwrap();
+            let mut look = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+            run.run(grid(), &mut wrong.clone(), 1, &mut look).map(|done| done.effort)
+        });
+        let alone = integrate(&ModDg::linear(), linear, grid(), &mut wrong.clone(), &mut ());
+        for error in bound.into_iter().chain([alone]) {
             let error = error.unwrap_err();
             let IntegrateError::Input(InputError::NotFinite { quantity: found, dof: 0, .. }) =
                 error
@@ -82,26 +85,19 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
 
 #[test]
 fn the_scheme_for_one_degree_of_freedom_refuses_two() {
-    let start = State::new([0.5, 0.1], [0.0, 0.0]).unwrap();
-    let mut state = start.clone();
-    let error = integrate(&ModDg::newton(), &Pair, Grid::of(0.1, 3).unwrap(), &mut state, &mut ())
-        .unwrap_err();
-    assert!(
-        matches!(error, IntegrateError::Input(InputError::Unsupported { method: "moddg", .. })),
-        "{error}"
-    );
+    let Err(error) = by_force::<f64, _>(find("moddg").unwrap(), Pair) else { panic!("it applies") };
+    assert!(matches!(error, InputError::Unsupported { method: "moddg", .. }), "{error}");
     assert_says(&error, &["moddg", "one degree of freedom"]);
-    assert_eq!(state, start);
 }
 
 #[test]
 fn time_that_stands_still_is_refused() {
-    let system = oscillator(1.0, 0.1);
+    let run = closed("moddg", &oscillator(1.0, 0.1));
     for (t, h, steps) in [(1e20, 0.1, 10), (f64::NAN, 0.1, 10), (1e16, 0.5, 1)] {
         let mut late = State { t, ..state(1.0, 0.5) };
-        let error =
-            integrate(&ModDg::linear(), &system, Grid::of(h, steps).unwrap(), &mut late, &mut ())
-                .unwrap_err();
+        let grid = Grid::of(h, steps).unwrap();
+        let mut look = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+        let error = run.run(grid, &mut late, 1, &mut look).unwrap_err();
         assert!(
             matches!(error, IntegrateError::Input(InputError::TimeStalled { .. })),
             "{t}: {error}"

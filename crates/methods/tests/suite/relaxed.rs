@@ -1,71 +1,62 @@
 //! Runge-Kutta methods with relaxation: orders at the grid points, K, passivity, time, failures,
 //! memory.
 
+use crate::catalog::{As, Both, Built, chain, duffing, oscillator, pendulum, ring};
 use crate::many;
-use crate::many::orders as orders_of;
+use crate::many::orders::check_orders;
 use afterbay_core::{
-    DissipationForm, Grid, Method, Passive, Quad, Scalar, Series, State, StepFailure, System,
-    integrate,
+    DissipationForm, Grid, Method, Passive, Quad, State, StepFailure, System, integrate,
 };
+use afterbay_methods::registry::find;
 use afterbay_methods::{Relaxed, Rk4};
-use afterbay_systems::{DampedDoublePendulum, DampedOscillator, Duffing, FputChain, VanDerPolRing};
+use afterbay_systems::DampedDoublePendulum;
+use afterbay_systems::catalog::Expandable;
 use allocation_counter::measure;
-use orders_of::check_orders;
 use proptest::prelude::*;
-
-/// A system, and the same system in power series.
-type Pair<'a, T> = (&'a dyn System<T>, &'a dyn System<Series<T, 24>>);
 
 const CHAIN: [&[f64]; 2] = [&[0.5, -0.3, 0.8], &[0.2, 0.7, -0.4]];
 const PENDULUM: [&[f64]; 2] = [&[0.6, -0.4], &[0.3, 0.5]];
 
-fn chain<T: Scalar>() -> FputChain<T> {
-    FputChain::new(3, T::from_f64(0.5), T::from_f64(0.25)).unwrap()
-}
-
-fn ring<T: Scalar>() -> VanDerPolRing<T> {
-    VanDerPolRing::new(3, T::from_f64(0.75), T::from_f64(0.5)).unwrap()
-}
-
-fn pendulum<T: Scalar>() -> DampedDoublePendulum<T> {
-    let x = T::from_f64;
-    DampedDoublePendulum::new([x(1.0), x(0.75)], [x(1.0), x(0.5)], x(3.0), [x(0.125), x(0.25)])
-        .unwrap()
-}
-
 /// Every relaxed method, in the order of the registry.
 const METHODS: [Relaxed; 3] = [Relaxed::rk4(), Relaxed::dop853(), Relaxed::verner98()];
 
-/// Checks the order on a chain for these numbers of steps.
-fn chain_orders(method: Relaxed, order: f64, counts: [u64; 4]) {
-    let chains: Pair<f64> = (&chain::<f64>(), &chain::<Series<f64, 24>>());
-    check_orders("chain", &method, chains, CHAIN, (2.0, counts), (order, 0.1));
-}
-
-fn ring_orders<T: Scalar>(method: Relaxed, order: f64, counts: [u64; 4], tolerance: f64) {
-    let rings: Pair<T> = (&ring::<T>(), &ring::<Series<T, 24>>());
-    check_orders("ring", &method, rings, CHAIN, (2.0, counts), (order, tolerance));
+/// Checks the order on a system for these numbers of steps.
+fn orders<T: Both + Expandable>(
+    system: &Built,
+    name: &str,
+    counts: [u64; 4],
+    (order, tolerance): (f64, f64),
+) {
+    let run = system.bind::<T>(find(name).unwrap(), As::Curved).unwrap();
+    check_orders(name, (&run, &*system.series()), CHAIN, (2.0, counts), (order, tolerance));
 }
 
 /// order_table.rs measures it on the chain and the double pendulum in 31 digits.
 #[test]
 fn order_four_at_the_grid_points() {
-    chain_orders(Relaxed::rk4(), 4.0, [200, 250, 320, 400]);
-    ring_orders::<f64>(Relaxed::rk4(), 4.0, [200, 250, 320, 400], 0.1);
-    ring_orders::<Quad>(Relaxed::rk4(), 4.0, [3000, 4000, 5000, 6000], 0.05);
+    let (counts, ring) = ([200, 250, 320, 400], ring(3, 0.75, 0.5));
+    orders::<f64>(&chain(3, 0.5, 0.25), "relaxed-rk4", counts, (4.0, 0.1));
+    orders::<f64>(&ring, "relaxed-rk4", counts, (4.0, 0.1));
+    orders::<Quad>(&ring, "relaxed-rk4", [3000, 4000, 5000, 6000], (4.0, 0.05));
 }
 
 #[test]
 fn order_eight_at_the_grid_points() {
-    chain_orders(Relaxed::dop853(), 8.0, [20, 24, 28, 34]);
-    ring_orders::<f64>(Relaxed::dop853(), 8.0, [16, 20, 24, 28], 0.1);
-    ring_orders::<Quad>(Relaxed::dop853(), 8.0, [1000, 1200, 1400, 1500], 0.05);
+    let ring = ring(3, 0.75, 0.5);
+    orders::<f64>(&chain(3, 0.5, 0.25), "relaxed-dop853", [20, 24, 28, 34], (8.0, 0.1));
+    orders::<f64>(&ring, "relaxed-dop853", [16, 20, 24, 28], (8.0, 0.1));
+    orders::<Quad>(&ring, "relaxed-dop853", [1000, 1200, 1400, 1500], (8.0, 0.05));
 }
 
 /// In `f64` the error meets rounding before order 9 shows.
 #[test]
 fn order_nine_at_the_grid_points() {
-    ring_orders::<Quad>(Relaxed::verner98(), 9.0, [240, 280, 320, 360], 0.05);
+    let counts = [240, 280, 320, 360];
+    orders::<Quad>(&ring(3, 0.75, 0.5), "relaxed-verner98", counts, (9.0, 0.05));
+}
+
+fn swing(c: f64) -> Built {
+    pendulum([1.0, 0.75], [1.0, 0.5], 3.0, [c, 0.25])
 }
 
 /// Takes steps with one workspace, each from the end of the last one.
@@ -218,7 +209,7 @@ proptest! {
         h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), beta in 0.0..2.0, c in -0.5..2.0,
         z in prop::array::uniform6(-2.0..2.0),
     ) {
-        checked(&FputChain::new(3, beta, c).unwrap(), h, &z[..3], &z[3..])?;
+        checked(&*chain(3, beta, c).curved(), h, &z[..3], &z[3..])?;
     }
 
     #[test]
@@ -226,8 +217,7 @@ proptest! {
         h in (-6.0..0.5_f64).prop_map(|x| 10f64.powf(x)), c in 0.0..2.0,
         z in prop::array::uniform4(-2.0..2.0),
     ) {
-        let system = DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [c, 0.25]).unwrap();
-        checked(&system, h, &z[..2], &z[2..])?;
+        checked(&*swing(c).curved(), h, &z[..2], &z[2..])?;
     }
 }
 
@@ -235,37 +225,34 @@ proptest! {
 /// step has its minimum at γ = 1.
 #[test]
 fn a_short_step_without_a_root() {
-    let system =
-        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [0.855_653_685_212_379_1, 0.25])
-            .unwrap();
+    let system = swing(0.855_653_685_212_379_1).curved();
     let z = [
         1.274_137_907_960_212_9,
         0.128_012_654_228_454_12,
         1.720_979_757_704_655,
         1.728_457_055_200_074_6,
     ];
-    checked(&system, 0.007_609_133_956_834_795, &z[..2], &z[2..]).unwrap();
-    let system =
-        DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [1.301_537_323_429_073_7, 0.25])
-            .unwrap();
+    checked(&*system, 0.007_609_133_956_834_795, &z[..2], &z[2..]).unwrap();
+    let system = swing(1.301_537_323_429_073_7).curved();
     let z = [
         0.713_529_853_804_126_1,
         -1.248_118_471_407_786,
         -1.262_484_081_435_130_8,
         -1.224_529_197_962_097,
     ];
-    checked(&system, 0.008_356_270_392_745_141, &z[..2], &z[2..]).unwrap();
+    checked(&*system, 0.008_356_270_392_745_141, &z[..2], &z[2..]).unwrap();
 }
 
 /// K after 20,000 steps is that of the first.
 #[test]
 fn roundings_of_k_do_not_add_up() {
-    let system = chain::<f64>();
+    let system: &dyn System<f64> = &*chain(3, 0.5, 0.25).curved();
     for method in METHODS {
         let mut state = many::start::<f64>(CHAIN);
         let first = state.clone();
-        integrate(&method, &system, Grid::of(0.1, 20_000).unwrap(), &mut state, &mut ()).unwrap();
-        assert!(drift(&system, &first, &state) < 8.0, "{}", drift(&system, &first, &state));
+        integrate(&method, system, Grid::of(0.1, 20_000).unwrap(), &mut state, &mut ()).unwrap();
+        let off = drift(system, &first, &state);
+        assert!(off < 8.0, "{off}");
     }
 }
 
@@ -273,25 +260,25 @@ fn roundings_of_k_do_not_add_up() {
 /// workspace.
 #[test]
 fn a_state_changed_from_outside_is_a_new_beginning() {
-    let system = chain::<f64>();
+    let system: &dyn System<f64> = &*chain(3, 0.5, 0.25).curved();
     let method = Relaxed::rk4();
     let mut state = many::start::<f64>(CHAIN);
-    let mut workspace = method.workspace(&system).unwrap();
-    method.step(&system, 0.1, &mut state, &mut workspace).unwrap();
+    let mut workspace = method.workspace(system).unwrap();
+    method.step(system, 0.1, &mut state, &mut workspace).unwrap();
     state.w[1] += 1.0;
     let mut fresh = state.clone();
-    method.step(&system, 0.1, &mut state, &mut workspace).unwrap();
-    method.step(&system, 0.1, &mut fresh, &mut method.workspace(&system).unwrap()).unwrap();
+    method.step(system, 0.1, &mut state, &mut workspace).unwrap();
+    method.step(system, 0.1, &mut fresh, &mut method.workspace(system).unwrap()).unwrap();
     assert_eq!(state, fresh);
 }
 
 #[test]
 fn beyond_stability_there_is_no_root() {
-    let system = DampedOscillator::new(1.0, 0.0).unwrap();
+    let system = oscillator(1.0, 0.0).curved();
     for (method, h) in METHODS.into_iter().zip([4.0, 8.0, 8.0]) {
         let mut state = State::new(vec![1.0], vec![0.5]).unwrap();
         let before = state.clone();
-        let failure = steps(method, &system, h, &mut state, 1).unwrap_err();
+        let failure = steps(method, &*system, h, &mut state, 1).unwrap_err();
         let StepFailure::NoRelaxationRoot { excess } = failure else { panic!("{failure}") };
         assert!(
             excess.abs() > 0.1 && failure.to_string().contains("another step size"),
@@ -304,12 +291,12 @@ fn beyond_stability_there_is_no_root() {
 /// f·H''f passes through 0 twice per oscillation on the double well.
 #[test]
 fn flanks_of_a_double_well() {
-    let system = Duffing::new(-1.0, 1.0, 0.1).unwrap();
+    let system = duffing(-1.0, 1.0, 0.1).curved();
     for (method, h) in METHODS.into_iter().zip([0.05, 0.25, 0.25]) {
         let (mut failed, runs) = (0, 200);
         for i in 0..runs {
             let mut state = State::new(vec![1.5 + 0.002 * f64::from(i)], vec![0.5]).unwrap();
-            failed += u32::from(steps(method, &system, h, &mut state, (50.0 / h) as u32).is_err());
+            failed += u32::from(steps(method, &*system, h, &mut state, (50.0 / h) as u32).is_err());
         }
         println!("{method:?} {h}: {failed} of {runs} runs meet no root");
         assert!(failed <= 10, "{failed}");
@@ -350,18 +337,20 @@ fn what_is_no_number_is_named() {
     }
 }
 
+/// Nor does the erasure of the type of the system.
 #[test]
 fn storage_does_not_matter_and_steps_allocate_nothing() {
-    let system = pendulum::<f64>();
+    let system = DampedDoublePendulum::new([1.0, 0.75], [1.0, 0.5], 3.0, [0.125, 0.25]).unwrap();
+    let erased: &dyn System<f64> = &system;
     for method in METHODS {
         let mut stack = State::new([0.6, -0.4], [0.3, 0.5]).unwrap();
         let mut heap = many::start::<f64>(PENDULUM);
         let (mut on_stack, mut on_heap) =
-            (method.workspace(&system).unwrap(), method.workspace(&system).unwrap());
+            (method.workspace(&system).unwrap(), method.workspace(erased).unwrap());
         let allocated = measure(|| {
             for _ in 0..50 {
                 method.step(&system, 0.05, &mut stack, &mut on_stack).unwrap();
-                method.step(&system, 0.05, &mut heap, &mut on_heap).unwrap();
+                method.step(erased, 0.05, &mut heap, &mut on_heap).unwrap();
             }
         });
         assert_eq!(allocated.count_total, 0);

@@ -1,37 +1,29 @@
 //! Damped motion that approaches an equilibrium away from the origin, where forces are differences
 //! of large terms.
 
-use crate::bind::{curved, nonlinear, separable};
-use afterbay_core::{Curvature, Grid, Separable, State, System, Tolerance};
+use crate::catalog::{As, Built, duffing, written};
+use afterbay_core::{Grid, State, Tolerance};
 use afterbay_methods::registry::{self, FIXED, Needs, Setting};
-use afterbay_systems::{Custom, Description, DissipationText, Duffing};
+use afterbay_systems::{Description, DissipationText};
 use std::ops::ControlFlow;
 
 const END: f64 = 200.0;
 const STEPS: [f64; 3] = [0.025, 0.125, 0.2];
 
 /// A Morse potential with its minimum at q1 = 2, coupled to a spring of length 3.
-fn bond(potential: &str, friction: &[&str]) -> Custom<f64> {
+fn bond(potential: &str, friction: &[&str]) -> Built {
     let friction = DissipationText::Forces(friction.iter().map(ToString::to_string).collect());
-    Custom::new(&Description {
+    written(&Description {
         potential: potential.into(),
         dissipation: friction,
         ..Description::default()
     })
-    .unwrap()
 }
 
 /// Checks that every method that applies and has no pole at rest completes the run, ends at the
 /// equilibrium, and conserves K if it claims to.
-fn comes_to_rest<S>(
-    system: &S,
-    start: &State<Vec<f64>>,
-    rest: &[f64],
-    bind: impl Fn(&registry::Row) -> Option<registry::Run<f64>>,
-) where
-    S: Separable<f64> + Curvature<f64> + Clone + 'static,
-{
-    let total = start.total(system);
+fn comes_to_rest((system, form): (&Built, As), start: &State<Vec<f64>>, rest: &[f64]) {
+    let total = start.total(&**system);
     let judge = |name: &str, h: f64, keeps_k: bool, state: &State<Vec<f64>>| {
         // H, and with it K, determines the equilibrium only to the square root of a rounding.
         let near = if registry::find(name).is_some_and(registry::Row::is_adaptive) {
@@ -42,11 +34,11 @@ fn comes_to_rest<S>(
         for (&q, &rest) in state.q.iter().zip(rest) {
             assert!((q - rest).abs() < near, "{name}, h = {h}: {state:?}");
         }
-        let off = (state.total(system) - total).abs();
+        let off = (state.total(&**system) - total).abs();
         assert!(!keeps_k || off < 1e-11, "{name}, h = {h}: K is off by {off:e}");
     };
     for row in FIXED.iter().filter(|row| row.poles().is_empty() && row.needs != Needs::Linear) {
-        let Some(run) = bind(row) else { continue };
+        let Ok(run) = system.bind::<f64>(row, form) else { continue };
         for h in STEPS {
             let mut state = start.clone();
             let done = run.run(Grid::new(h, END).unwrap(), &mut state, u64::MAX, &mut |_, _| {
@@ -63,7 +55,7 @@ fn comes_to_rest<S>(
         registry::ADAPTIVE.iter().flat_map(|row| tolerances.map(|tolerance| (row, tolerance)))
     {
         let mut state = start.clone();
-        let within = curved(row, system.clone()).unwrap();
+        let within = system.bind(row, As::Curved).unwrap();
         let done = within.run(
             Setting::Tolerance(Tolerance::all(tolerance), END),
             &mut state,
@@ -78,7 +70,7 @@ fn comes_to_rest<S>(
         let (mut state, mut off) = (start.clone(), 0.0_f64);
         let seen =
             within.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |_, state| {
-                off = off.max((state.total(system) - total).abs());
+                off = off.max((state.total(&**system) - total).abs());
                 ControlFlow::Continue(())
             });
         assert!(
@@ -92,9 +84,9 @@ fn comes_to_rest<S>(
 #[test]
 fn in_a_well() {
     for c in [0.8, 2.0, 3.0] {
-        let system = Duffing::new(-1.0, 1.0, c).unwrap();
+        let system = duffing(-1.0, 1.0, c);
         let start = State::new(vec![1.5], vec![0.5]).unwrap();
-        comes_to_rest(&system, &start, &[1.0], |row| nonlinear(row, system).ok());
+        comes_to_rest((&system, As::Nonlinear), &start, &[1.0]);
     }
 }
 
@@ -102,6 +94,6 @@ fn in_a_well() {
 fn of_a_bond() {
     let system = bond("(1 - exp(-(q1 - 2)))^2 + (q2 - 3)^2*(1 + q1^2/4)", &["p1", "0.7*p2"]);
     let start = State::new(vec![2.6, 2.0], vec![0.5, 0.2]).unwrap();
-    comes_to_rest(&system, &start, &[2.0, 3.0], |row| separable(row, system.clone()).ok());
+    comes_to_rest((&system, As::Separable), &start, &[2.0, 3.0]);
     assert_eq!(system.dof(), 2);
 }

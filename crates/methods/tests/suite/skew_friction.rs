@@ -1,14 +1,12 @@
 //! Friction with a skew part that depends on q: under increments K, the orders and passivity hold.
 
-use crate::slope;
-use afterbay_core::taylor::trajectory;
+use crate::many::orders::orders_at_end;
+use crate::many::{exact_end, start};
 use afterbay_core::{
-    Dissipation, DissipationForm, Grid, Method, Passive, Scalar, Separable, State, System,
-    integrate,
+    Dissipation, DissipationForm, Method, Passive, Scalar, Separable, System, integrate,
 };
 use afterbay_methods::{Composition, Increment};
 use proptest::prelude::*;
-use slope::slope;
 
 const PASSIVE: DissipationForm =
     DissipationForm { zero: false, passive: Passive::InSum, linear: true, coupled: true };
@@ -77,14 +75,14 @@ proptest! {
         h in 0.01..1.0_f64,
     ) {
         let gyre = Gyre { shape, skew: skew.map(|x| x * 10_f64.powf(size)) };
-        let mut state = State::new(q, p).unwrap();
+        let (system, mut state): (&dyn Separable<f64>, _) = (&gyre, start([&q, &p]));
         let method = Increment::new(Composition::pair());
-        let mut workspace = Method::<[f64; 3], Gyre>::workspace(&method, &gyre).unwrap();
-        let start = state.energy(&gyre);
+        let mut workspace = method.workspace(system).unwrap();
+        let start = state.energy(system);
         for _ in 0..50 {
-            let (before, filled) = (state.energy(&gyre), state.w.iter().sum::<f64>());
-            prop_assert!(method.step(&gyre, h, &mut state, &mut workspace).is_ok());
-            let after = state.energy(&gyre);
+            let (before, filled) = (state.energy(system), state.w.iter().sum::<f64>());
+            prop_assert!(method.step(system, h, &mut state, &mut workspace).is_ok());
+            let after = state.energy(system);
             // |w_j| may be as large as the energy that S moves between the reservoirs.
             let sizes = start + state.w.iter().map(|w| w.abs()).sum::<f64>();
             let powers: f64 = (0..3).flat_map(|i| (0..3).map(move |j| (i, j))).map(|(i, j)| {
@@ -93,45 +91,31 @@ proptest! {
             let bound = 64.0 * f64::EPSILON * (sizes + h * powers);
             prop_assert!(after <= before + bound, "H grows from {} to {}", before, after);
             prop_assert!(state.w.iter().sum::<f64>() >= filled - bound);
-            let drift = state.total(&gyre) - start;
+            let drift = state.total(system) - start;
             prop_assert!(drift.abs() <= 50.0 * bound, "{drift:e}");
         }
     }
 }
 
-/// The errors of q, p and w at t = 1 with a skew part, against Taylor series.
+/// The orders of q, p and w at t = 1 with a skew part, against Taylor series.
 #[test]
 fn a_skew_part_costs_no_order() {
     let gyre = Gyre {
         shape: [[0.4, -0.3, 0.1], [0.2, 0.5, -0.4], [-0.3, 0.1, 0.4]],
         skew: [2.0, -1.5, 3.0],
     };
-    let start = || State::new([0.8, -0.3, 0.5], [0.2, 0.9, -0.7]).unwrap();
-    let end = &trajectory::<Gyre, _, 24>(&gyre, &start(), 1.0, 1).unwrap()[1];
+    let begin = start([&[0.8, -0.3, 0.5], &[0.2, 0.9, -0.7]]);
+    let (system, exact): (&dyn Separable<f64>, _) = (&gyre, exact_end(&gyre, &begin, 1.0));
     for (composition, order, counts) in [
         (Composition::pair(), 2.0, [400, 800, 1600]),
         (Composition::suzuki4(), 4.0, [80, 120, 160]),
     ] {
         let method = Increment::new(composition);
-        let run = |&count: &u64| {
-            let mut state = start();
-            integrate(
-                &method,
-                &gyre,
-                Grid { h: 1.0 / count as f64, steps: count },
-                &mut state,
-                &mut (),
-            )
-            .unwrap();
-            let far = |a: &[f64; 3], b: &[f64; 3]| {
-                a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-            };
-            [far(&state.q, &end.q), far(&state.p, &end.p), far(&state.w, &end.w)]
-        };
-        let errors: Vec<[f64; 3]> = counts.iter().map(run).collect();
-        let steps = counts.map(|count| 1.0 / count as f64);
-        let found = [0, 1, 2]
-            .map(|part| slope(&steps, &errors.iter().map(|e| e[part]).collect::<Vec<_>>()));
+        let found = orders_at_end(&exact, &counts, &mut |grid| {
+            let mut state = begin.clone();
+            integrate(&method, system, grid, &mut state, &mut ()).unwrap();
+            state
+        });
         println!("{order} {found:.3?}");
         assert!(found.iter().all(|found| (found - order).abs() < 0.1), "{found:?}");
     }

@@ -1,13 +1,16 @@
 //! Splitting methods with projection: stability, failures, K over many steps, D that is not linear.
 
+use crate::bind::curved;
+use crate::catalog::{As, Both, Built, chain, duffing};
 use crate::k_on_expressions::custom;
+use crate::many;
 use crate::rubbed::Rubbed;
 use afterbay_core::{
-    DissipationForm, Formulas, FromFormulas, Grid, InputError, IntegrateError, Method, Passive,
-    Quad, Scalar, State, StepFailure, Tolerance, integrate, integrate_within,
+    DissipationForm, Effort, Formulas, FromFormulas, Grid, InputError, IntegrateError, Method,
+    Passive, Quad, RunError, Scalar, Separable, State, StepFailure, Tolerance, integrate,
 };
-use afterbay_methods::{AdaptiveVerner98, Composition, Splitting};
-use afterbay_systems::{Custom, Duffing, FputChain};
+use afterbay_methods::registry::{Setting, find};
+use afterbay_methods::{Composition, Splitting};
 use allocation_counter::measure;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -21,22 +24,31 @@ fn methods() -> [(f64, Splitting); 3] {
     ]
 }
 
+/// A run without observation.
+fn run(
+    method: &Splitting,
+    system: &dyn Separable<f64>,
+    (h, steps): (f64, u64),
+    state: &mut State<Vec<f64>>,
+) -> Result<Effort, IntegrateError> {
+    integrate(method, system, Grid::of(h, steps)?, state, &mut ())
+}
+
 /// The limits that the documentation states, for the fastest mode of a chain whose energy is in
 /// the slowest: just below, its share stays at rounding; just above, it grows until a step fails.
 #[test]
 fn the_limits_of_stability_are_those_stated() {
     let n = 15;
     let angle = |k: usize| PI * k as f64 / (n + 1) as f64;
-    let (chain, fastest) = (FputChain::new(n, 0.0, 0.0).unwrap(), 2.0 * (0.5 * angle(n)).sin());
+    let (chain, fastest) = (chain(n, 0.0, 0.0).separable(), 2.0 * (0.5 * angle(n)).sin());
     for (limit, method) in methods() {
-        let run = |share: f64| {
+        let go = |share: f64| {
             let q = (1..=n).map(|j| angle(j).sin()).collect();
             let mut state = State::new(q, vec![0.0; n]).unwrap();
-            let grid = Grid::of(share * limit / fastest, 400).unwrap();
-            integrate(&method, &chain, grid, &mut state, &mut ())
+            run(&method, &*chain, (share * limit / fastest, 400), &mut state)
         };
-        run(0.99).unwrap_or_else(|error| panic!("below {limit}: {error}"));
-        let Err(IntegrateError::Run(error)) = run(1.01) else { panic!("none beyond {limit}") };
+        go(0.99).unwrap_or_else(|error| panic!("below {limit}: {error}"));
+        let Err(IntegrateError::Run(error)) = go(1.01) else { panic!("none beyond {limit}") };
         assert!(matches!(error.failure, StepFailure::ProjectionFailed { .. }), "{error}");
     }
 }
@@ -81,19 +93,19 @@ fn the_resonance_is_weak() {
 /// 200,000 steps of a chain: the errors of K do not add up, for short steps as for long ones.
 #[test]
 fn k_does_not_drift() {
-    let chain = FputChain::new(5, 0.5, 0.001).unwrap();
-    for (_, method) in methods() {
+    let chain = chain(5, 0.5, 0.001);
+    for name in ["splitting-2", "splitting-4", "splitting-6"] {
+        let run = chain.bind(find(name).unwrap(), As::Separable).unwrap();
         for h in [1e-4, 0.2] {
             let mut state = State::new(vec![0.5, -0.3, 0.8, 0.1, 0.2], vec![0.1; 5]).unwrap();
-            let total = state.total(&chain);
+            let total = state.total(&*chain);
             let mut worst = 0.0_f64;
-            let grid = Grid::of(h, 200_000).unwrap();
-            integrate(&method, &chain, grid, &mut state, &mut |_, state: &State<Vec<f64>>| {
-                worst = worst.max((state.total(&chain) - total).abs());
+            run.run(Grid::of(h, 200_000).unwrap(), &mut state, 1, &mut |_, state| {
+                worst = worst.max((state.total(&*chain) - total).abs());
                 ControlFlow::Continue(())
             })
             .unwrap();
-            assert!(worst < 16.0 * f64::EPSILON * total, "{method:?}, h = {h}: {worst:e}");
+            assert!(worst < 16.0 * f64::EPSILON * total, "{name}, h = {h}: {worst:e}");
         }
     }
 }
@@ -128,25 +140,19 @@ impl Formulas for Viscous {
 fn orders_with_masses_and_cubic_drag() {
     let (system, end) = (FromFormulas(Viscous), 4.0);
     let start = || State::new(vec![0.9, -0.4], vec![0.3, 0.8]).unwrap();
-    let mut exact = start();
-    let tolerance = Tolerance::all(1e-13);
-    integrate_within(&AdaptiveVerner98, &system, &tolerance, end, &mut exact, &mut ()).unwrap();
-    let parts = |state: &State<Vec<f64>>| [state.q.clone(), state.p.clone(), state.w.clone()];
+    let (mut exact, setting) = (start(), Setting::Tolerance(Tolerance::all(1e-13), end));
+    let accurate = curved(find("adaptive-verner98").unwrap(), FromFormulas(Viscous)).unwrap();
+    accurate.run(setting, &mut exact, 1, &mut |_, _| ControlFlow::Continue(())).unwrap();
     for ((_, method), (order, counts)) in
         methods().iter().zip([(2.0, [400, 800]), (4.0, [100, 200]), (6.0, [60, 90])])
     {
         let errors = counts.map(|steps: u64| {
             let mut state = start();
             let total = state.total(&system);
-            let grid = Grid::of(end / steps as f64, steps).unwrap();
-            let effort = integrate(method, &system, grid, &mut state, &mut ()).unwrap();
+            let effort = run(method, &system, (end / steps as f64, steps), &mut state).unwrap();
             assert!(effort.iterations > 0, "p½ is solved");
             assert!((state.total(&system) - total).abs() < 8.0 * f64::EPSILON * total.abs());
-            let pairs = parts(&state).into_iter().zip(parts(&exact));
-            let apart = |(a, b): (Vec<f64>, Vec<f64>)| {
-                a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-            };
-            pairs.map(apart).collect::<Vec<f64>>()
+            many::errors(&state, &exact)
         });
         for (coarse, fine) in errors[0].iter().zip(&errors[1]) {
             let slope = (coarse / fine).ln() / (counts[1] as f64 / counts[0] as f64).ln();
@@ -159,7 +165,8 @@ fn orders_with_masses_and_cubic_drag() {
 #[test]
 fn what_it_cannot_do_is_refused_by_name() {
     for (_, method) in methods() {
-        let refused = Method::<Vec<f64>, _>::workspace(&method, &Rubbed { c: 0.1 }).map(|_| ());
+        let rubbed: &dyn Separable<f64> = &Rubbed { c: 0.1 };
+        let refused = Method::<Vec<f64>, _>::workspace(&method, rubbed).map(|_| ());
         let Err(InputError::Unsupported { why, .. }) = refused else {
             panic!("{method:?} takes D that couples momenta")
         };
@@ -171,23 +178,23 @@ fn what_it_cannot_do_is_refused_by_name() {
 
 #[test]
 fn a_failing_step_leaves_the_state_and_steps_do_not_allocate() {
-    let chain = FputChain::new(3, 0.5, 0.1).unwrap();
+    let chain = &*chain(3, 0.5, 0.1).separable::<f64>();
     for (_, method) in methods() {
         let mut state = State::new(vec![0.5, -0.3, 0.8], vec![0.1; 3]).unwrap();
-        let mut workspace = method.workspace(&chain).unwrap();
+        let mut workspace = method.workspace(chain).unwrap();
         let allocated = measure(|| {
             for _ in 0..50 {
-                method.step(&chain, 0.1, &mut state, &mut workspace).unwrap();
+                method.step(chain, 0.1, &mut state, &mut workspace).unwrap();
             }
         });
         assert_eq!(allocated.count_total, 0);
         let before = state.clone();
-        assert!(method.step(&chain, 50.0, &mut state, &mut workspace).is_err());
+        assert!(method.step(chain, 50.0, &mut state, &mut workspace).is_err());
         assert_eq!(state, before);
-        let mut fresh = method.workspace(&chain).unwrap();
+        let mut fresh = method.workspace(chain).unwrap();
         let mut other = state.clone();
-        method.step(&chain, 0.1, &mut other, &mut fresh).unwrap();
-        method.step(&chain, 0.1, &mut state, &mut workspace).unwrap();
+        method.step(chain, 0.1, &mut other, &mut fresh).unwrap();
+        method.step(chain, 0.1, &mut state, &mut workspace).unwrap();
         assert_eq!(other, state, "a failed step left something behind");
     }
 }
@@ -195,14 +202,14 @@ fn a_failing_step_leaves_the_state_and_steps_do_not_allocate() {
 /// At an equilibrium away from the origin, one rounding beside it: no change of q restores K.
 #[test]
 fn at_rest_but_for_a_rounding() {
-    let duffing = Duffing::new(-3.0, 0.1, 0.1).unwrap();
+    let duffing = &*duffing(-3.0, 0.1, 0.1).separable();
     for (_, method) in methods() {
         for off in [0.0, f64::EPSILON, -4.0 * f64::EPSILON, 1e-12] {
-            let mut state = State::new([30.0_f64.sqrt() * (1.0 + off)], [0.0]).unwrap();
-            let total = state.total(&duffing);
-            integrate(&method, &duffing, Grid::of(0.05, 5000).unwrap(), &mut state, &mut ())
+            let mut state = State::new(vec![30.0_f64.sqrt() * (1.0 + off)], vec![0.0]).unwrap();
+            let total = state.total(duffing);
+            run(&method, duffing, (0.05, 5000), &mut state)
                 .unwrap_or_else(|error| panic!("{off:e}: {error}"));
-            assert!((state.total(&duffing) - total).abs() <= 1e-14 * total.abs());
+            assert!((state.total(duffing) - total).abs() <= 1e-14 * total.abs());
         }
     }
 }
@@ -211,17 +218,18 @@ fn at_rest_but_for_a_rounding() {
 /// error of K can be compared with them.
 #[test]
 fn a_step_is_refused_if_the_terms_of_h_overflow() {
-    fn check<T: Scalar>(system: &Custom<T>) {
-        let lift = |x: [f64; 2]| x.map(T::from_f64).to_vec();
-        let q = lift([-1.7452836713585562, -1.9057012314616473]);
-        let mut state = State::new(q, lift([-3.8807856605135695, -3.0905686198187223])).unwrap();
-        let (method, before) =
-            (Splitting::new(Composition::blanes_moan4()).unwrap(), state.clone());
-        let mut workspace = method.workspace(system).unwrap();
-        let taken = method.step(system, T::from_f64(8.947101652442445), &mut state, &mut workspace);
+    fn check<T: Both>(system: &Built) {
+        let q = [-1.7452836713585562, -1.9057012314616473];
+        let before = many::start([&q, &[-3.8807856605135695, -3.0905686198187223]]);
+        let (run, mut state) = (
+            system.bind::<T>(find("splitting-4").unwrap(), As::Separable).unwrap(),
+            before.clone(),
+        );
+        let taken = run.step(T::from_f64(8.947101652442445), &mut state);
+        let Err(IntegrateError::Run(RunError { failure, .. })) = taken else { panic!("{taken:?}") };
         assert!(
-            matches!(taken, Err(StepFailure::ProjectionFailed { excess }) if excess > 1e307),
-            "{taken:?}"
+            matches!(failure, StepFailure::ProjectionFailed { excess } if excess > 1e307),
+            "{failure}"
         );
         assert_eq!(state, before);
     }
@@ -229,5 +237,5 @@ fn a_step_is_refused_if_the_terms_of_h_overflow() {
                      + 1.0430407371066857*atan(q1 + 3*q2)";
     let system = custom(potential, "c*p/(1 + q1^2)", 2, 0.05455789674116246);
     check::<f64>(&system);
-    check(&system.map(Quad::from_f64));
+    check::<Quad>(&system);
 }

@@ -1,12 +1,13 @@
 //! The vectorised coloured sweeps give to the bit the results of coloured sweeps one member at a
 //! time.
 
+use crate::bind::AnyMembers;
+use crate::catalog::{chain, ring};
 use afterbay_core::{
     Coupling, Dissipation, DissipationForm, Effort, Every, Grid, InputError, IntegrateError,
     Method, RunError, Scalar, Separable, State, StepFailure, System, Uniform, f64x8, integrate,
 };
 use afterbay_methods::{Composition, Increment, Tiled};
-use afterbay_systems::{FputChain, VanDerPolRing};
 use proptest::prelude::*;
 use std::ops::ControlFlow;
 
@@ -18,7 +19,7 @@ fn start(n: usize, seed: f64) -> State<Vec<f64>> {
 }
 
 /// q, p and w after some steps, one member at a time in coloured order.
-fn one_at_a_time(
+pub(crate) fn one_at_a_time(
     system: &dyn Separable<f64>,
     composition: &Composition,
     grid: Grid<f64>,
@@ -30,8 +31,8 @@ fn one_at_a_time(
     state
 }
 
-fn side_by_side<S: Uniform>(
-    system: &S,
+pub(crate) fn side_by_side(
+    system: &AnyMembers,
     composition: &Composition,
     threads: usize,
     grid: Grid<f64>,
@@ -61,10 +62,10 @@ proptest! {
         n in 1usize..70, beta in 0.0..2.0, c in -0.2..0.5, h in 0.01..1.0,
         seed in 0.0..6.0, which in 0usize..5,
     ) {
-        let (system, grid) = (FputChain::new(n, beta, c).unwrap(), Grid::of(h, 3).unwrap());
+        let (system, grid) = (chain(n, beta, c).members(), Grid::of(h, 3).unwrap());
         let composition = &compositions()[which];
-        let found = side_by_side(&system, composition, 1, grid, start(n, seed));
-        prop_assert_eq!(found, one_at_a_time(&system, composition, grid, start(n, seed)));
+        let found = side_by_side(&*system, composition, 1, grid, start(n, seed));
+        prop_assert_eq!(found, one_at_a_time(&*system, composition, grid, start(n, seed)));
     }
 
     #[test]
@@ -72,11 +73,11 @@ proptest! {
         half in 1usize..35, mu in -1.0..2.0, coupling in 0.0..2.0, h in 0.01..0.5,
         seed in 0.0..6.0, which in 0usize..5,
     ) {
-        let system = VanDerPolRing::new(2 * half, mu, coupling).unwrap();
+        let system = ring(2 * half, mu, coupling).members();
         let grid = Grid::of(h, 3).unwrap();
         let composition = &compositions()[which];
-        let found = side_by_side(&system, composition, 1, grid, start(2 * half, seed));
-        prop_assert_eq!(found, one_at_a_time(&system, composition, grid, start(2 * half, seed)));
+        let found = side_by_side(&*system, composition, 1, grid, start(2 * half, seed));
+        prop_assert_eq!(found, one_at_a_time(&*system, composition, grid, start(2 * half, seed)));
     }
 }
 
@@ -86,20 +87,23 @@ fn the_number_of_threads_changes_nothing() {
     let grid = Grid::of(0.1, 3).unwrap();
     for composition in &compositions() {
         for n in [1024, 2049, 5000] {
-            let chain = FputChain::new(n, 1.0, 0.1).unwrap();
-            let expected = one_at_a_time(&chain, composition, grid, start(n, 0.3));
+            let chain = chain(n, 1.0, 0.1).members();
+            let expected = one_at_a_time(&*chain, composition, grid, start(n, 0.3));
             for threads in [1, 2, 5] {
                 assert_eq!(
-                    side_by_side(&chain, composition, threads, grid, start(n, 0.3)),
+                    side_by_side(&*chain, composition, threads, grid, start(n, 0.3)),
                     expected,
                     "{n}"
                 );
             }
         }
-        let ring = VanDerPolRing::new(4098, 0.5, 0.3).unwrap();
-        let expected = one_at_a_time(&ring, composition, grid, start(4098, 0.3));
+        let ring = ring(4098, 0.5, 0.3).members();
+        let expected = one_at_a_time(&*ring, composition, grid, start(4098, 0.3));
         for threads in [1, 3] {
-            assert_eq!(side_by_side(&ring, composition, threads, grid, start(4098, 0.3)), expected);
+            assert_eq!(
+                side_by_side(&*ring, composition, threads, grid, start(4098, 0.3)),
+                expected
+            );
         }
     }
 }
@@ -107,14 +111,14 @@ fn the_number_of_threads_changes_nothing() {
 #[test]
 fn a_step_that_fails_has_a_name_and_changes_nothing() {
     // Softening springs: at large extension the force decreases, and a long step has no solution.
-    let chain = FputChain::new(3000, -1.0, 0.1).unwrap();
+    let chain = &*chain(3000, -1.0, 0.1).members();
     let before = start(3000, 0.3);
     let failures = [1, 2, 5].map(|threads| {
         let mut state = before.clone();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let method = Tiled::new(Composition::pair()).on_threads(threads);
         let error = pool
-            .install(|| integrate(&method, &chain, Grid::of(3.0, 1).unwrap(), &mut state, &mut ()));
+            .install(|| integrate(&method, chain, Grid::of(3.0, 1).unwrap(), &mut state, &mut ()));
         assert_eq!(state, before);
         error.unwrap_err().to_string()
     });
@@ -123,8 +127,8 @@ fn a_step_that_fails_has_a_name_and_changes_nothing() {
 }
 
 /// Takes one step after the other, and returns the failure of the first step that fails, if any.
-fn step_by_step<S: Uniform>(
-    system: &S,
+fn step_by_step(
+    system: &AnyMembers,
     composition: &Composition,
     grid: Grid<f64>,
     start: State<Vec<f64>>,
@@ -147,8 +151,8 @@ fn step_by_step<S: Uniform>(
 type Seen = (Vec<State<Vec<f64>>>, Result<Effort, IntegrateError>, State<Vec<f64>>);
 
 /// A run on some threads, shown every `stride` steps.
-fn seen<S: Uniform>(
-    system: &S,
+fn seen(
+    system: &AnyMembers,
     composition: &Composition,
     (threads, stride): (usize, u64),
     grid: Grid<f64>,
@@ -165,7 +169,7 @@ fn seen<S: Uniform>(
     (states, outcome, state)
 }
 
-fn steps_at_once_are_steps_one_by_one<S: Uniform>(system: &S, steps: u64) {
+fn steps_at_once_are_steps_one_by_one(system: &AnyMembers, steps: u64) {
     let (n, grid) = (system.dof(), Grid::of(0.1, steps).unwrap());
     for composition in &compositions() {
         let (all, failure) = step_by_step(system, composition, grid, start(n, 0.3));
@@ -195,21 +199,21 @@ fn steps_at_once_are_steps_one_by_one<S: Uniform>(system: &S, steps: u64) {
 #[test]
 fn several_steps_at_once_are_the_same_one_by_one() {
     for n in [1, 2, 3, 17, 112, 1023] {
-        steps_at_once_are_steps_one_by_one(&FputChain::new(n, 1.0, 0.1).unwrap(), 19);
+        steps_at_once_are_steps_one_by_one(&*chain(n, 1.0, 0.1).members(), 19);
     }
     for n in [2, 4, 18, 112, 1022] {
-        steps_at_once_are_steps_one_by_one(&VanDerPolRing::new(n, 0.5, 0.3).unwrap(), 19);
+        steps_at_once_are_steps_one_by_one(&*ring(n, 0.5, 0.3).members(), 19);
     }
-    steps_at_once_are_steps_one_by_one(&FputChain::new(1025, 1.0, 0.0).unwrap(), 19);
-    steps_at_once_are_steps_one_by_one(&FputChain::new(3071, 1.0, -0.1).unwrap(), 19);
-    steps_at_once_are_steps_one_by_one(&VanDerPolRing::new(2050, 0.5, 0.3).unwrap(), 19);
+    steps_at_once_are_steps_one_by_one(&*chain(1025, 1.0, 0.0).members(), 19);
+    steps_at_once_are_steps_one_by_one(&*chain(3071, 1.0, -0.1).members(), 19);
+    steps_at_once_are_steps_one_by_one(&*ring(2050, 0.5, 0.3).members(), 19);
 }
 
 #[test]
 fn a_failure_among_several_steps_is_of_the_right_one() {
     // Softening springs break where they are stretched most, in one tile or in two, earlier for
     // larger stretch.
-    let chain = FputChain::new(2500, -1.0, -0.2).unwrap();
+    let chain = chain(2500, -1.0, -0.2).members();
     let grid = Grid::of(0.4, 100).unwrap();
     let mut places = vec![];
     for pulled in [[700, 700], [1500, 2200], [1023, 1024]] {
@@ -217,13 +221,13 @@ fn a_failure_among_several_steps_is_of_the_right_one() {
             let mut before = start(2500, 0.3);
             before.q.iter_mut().chain(&mut before.p).for_each(|x| *x *= 0.1);
             pulled.iter().for_each(|&j| before.q[j] += by);
-            let (all, failure) = step_by_step(&chain, &Composition::pair(), grid, before.clone());
+            let (all, failure) = step_by_step(&*chain, &Composition::pair(), grid, before.clone());
             let last = &all[all.len() - 1];
             let run = RunError { step: all.len() as u64, t: last.t, failure: failure.unwrap() };
             places.push((all.len() - 1) % 8);
             for (threads, stride) in [(1, u64::MAX), (2, u64::MAX), (1, 5), (1, 1)] {
                 let (_, outcome, state) =
-                    seen(&chain, &Composition::pair(), (threads, stride), grid, before.clone());
+                    seen(&*chain, &Composition::pair(), (threads, stride), grid, before.clone());
                 assert_eq!(outcome, Err(IntegrateError::Run(run)), "{threads} {stride}");
                 assert_eq!(&state, last, "{threads} {stride}");
             }
@@ -235,14 +239,9 @@ fn a_failure_among_several_steps_is_of_the_right_one() {
 
 #[test]
 fn two_colours_are_for_chains_and_even_rings() {
-    let ring = VanDerPolRing::new(7, 0.5, 0.3).unwrap();
-    let refused = integrate(
-        &Tiled::new(Composition::pair()),
-        &ring,
-        Grid::of(0.1, 1).unwrap(),
-        &mut start(7, 0.3),
-        &mut (),
-    );
+    let (method, grid) = (Tiled::new(Composition::pair()), Grid::of(0.1, 1).unwrap());
+    let ring = &*ring(7, 0.5, 0.3).members();
+    let refused = integrate(&method, ring, grid, &mut start(7, 0.3), &mut ());
     assert!(
         matches!(refused, Err(IntegrateError::Input(InputError::Unsupported { .. }))),
         "{refused:?}"
@@ -298,8 +297,9 @@ impl Uniform for Masses<f64> {
 fn members_of_other_masses_are_refused() {
     let method = Tiled::new(Composition::pair());
     let (alike, other) = (Masses(vec![2.0; 5]), Masses(vec![2.0, 2.0, 3.0, 2.0, 2.0]));
-    assert!(method.workspace(&alike).is_ok());
-    let refused = method.workspace(&other).map(|_| ()).unwrap_err();
+    let workspace = |system: &AnyMembers| method.workspace(system).map(drop);
+    assert_eq!(workspace(&alike), Ok(()));
+    let refused = workspace(&other).unwrap_err();
     assert!(matches!(refused, InputError::Unsupported { method: "increment", .. }), "{refused}");
     assert!(refused.to_string().contains("mass"), "{refused}");
 }
@@ -308,8 +308,8 @@ fn members_of_other_masses_are_refused() {
 fn no_members_are_nothing_to_do() {
     let mut state = State::new(vec![], vec![]).unwrap();
     let grid = Grid::of(0.1, 3).unwrap();
-    integrate(&Tiled::new(Composition::pair()), &Masses::<f64>(vec![]), grid, &mut state, &mut ())
-        .unwrap();
+    let nobody: &AnyMembers = &Masses(vec![]);
+    integrate(&Tiled::new(Composition::pair()), nobody, grid, &mut state, &mut ()).unwrap();
     assert_eq!(state.dof(), 0);
 }
 
@@ -318,12 +318,12 @@ fn no_members_are_nothing_to_do() {
 fn nodes_of_a_wave_are_no_obstacle() {
     for n in [64, 256, 1024] {
         for h in [0.1, 0.05, 0.025] {
-            let chain = FputChain::new(n, 1.0, 0.01).unwrap();
+            let chain = chain(n, 1.0, 0.01).members();
             let q = (1..=n).map(|j| (std::f64::consts::PI * j as f64 / 4.0).sin()).collect();
             let start = State::new(q, vec![0.0; n]).unwrap();
             let grid = Grid::of(h, 200).unwrap();
-            let found = side_by_side(&chain, &Composition::suzuki4(), 1, grid, start.clone());
-            assert_eq!(found, one_at_a_time(&chain, &Composition::suzuki4(), grid, start));
+            let found = side_by_side(&*chain, &Composition::suzuki4(), 1, grid, start.clone());
+            assert_eq!(found, one_at_a_time(&*chain, &Composition::suzuki4(), grid, start));
         }
     }
 }
