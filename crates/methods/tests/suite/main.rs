@@ -51,6 +51,7 @@ mod linear_scenes;
 mod locally_exact;
 mod many;
 mod masses;
+mod motors;
 mod one_step;
 mod order_table;
 mod orders;
