@@ -182,7 +182,7 @@ proptest! {
     // Long edges are split many times.
     #![proptest_config(ProptestConfig {
         failure_persistence: None,
-        ..ProptestConfig::with_cases(1000)
+        ..ProptestConfig::with_cases(250)
     })]
 
     #[test]

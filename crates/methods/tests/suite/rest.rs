@@ -7,7 +7,7 @@ use afterbay_methods::registry::{self, FIXED, Needs, Setting};
 use afterbay_systems::{Description, DissipationText};
 use std::ops::ControlFlow;
 
-const END: f64 = 200.0;
+const END: f64 = 100.0;
 const STEPS: [f64; 3] = [0.025, 0.125, 0.2];
 
 /// A Morse potential with its minimum at q1 = 2, coupled to a spring of length 3.
@@ -66,7 +66,7 @@ fn comes_to_rest((system, form): (&Built, As), start: &State<Vec<f64>>, rest: &[
             Ok(_) => judge(row.name, tolerance, true, &state),
             Err(error) => panic!("{}, {tolerance}: {error}", row.name),
         }
-        let times: Vec<f64> = (0..400).map(|i| 0.5 * f64::from(i)).collect();
+        let times: Vec<f64> = (0..200).map(|i| 0.5 * f64::from(i)).collect();
         let (mut state, mut off) = (start.clone(), 0.0_f64);
         let seen =
             within.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |_, state| {
