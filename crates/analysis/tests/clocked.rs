@@ -7,7 +7,7 @@ use afterbay_analysis::progress::Silent;
 use afterbay_analysis::record::Artifact;
 use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::limit_cycle::{Cycle, LimitCycle};
-use afterbay_analysis::study::{Problem, energy, events, global_order, trajectory, work_precision};
+use afterbay_analysis::study::{energy, events, global_order, trajectory, work_precision};
 use afterbay_core::accounts;
 use afterbay_methods::registry::{METHODS, REFERENCE, Row, find};
 use std::f64::consts::{PI, TAU};
