@@ -67,7 +67,7 @@ pub struct LyapunovRow {
     pub h: f64,
     /// The time over which the exponents are measured, that of the transient not included.
     pub t: f64,
-    /// λ_1 to λ_2N, in the order in which the vectors are orthogonalised, in which they fall.
+    /// λ_1 to λ_2N, the largest first.
     pub exponents: Vec<Option<f64>>,
     /// Their standard errors; none in the first row.
     pub standard_errors: Vec<Option<f64>>,
@@ -216,12 +216,19 @@ fn of_intervals(intervals: &[Growth], method: &'static str, h: f64) -> LyapunovR
         let square: f64 = intervals.iter().map(|growth| off(growth).powi(2)).sum();
         Some((square / (n * (n - 1.0))).sqrt())
     };
+    let sum = exponents.iter().copied().sum();
+    let with_error = |i| (exponents[i], standard_error(i));
+    let mut spectrum: Vec<_> = (0..size).map(with_error).collect();
+    // Over a short time, neighbours come out in either order.
+    let size_of = |exponent: Option<f64>| exponent.unwrap_or(f64::NEG_INFINITY);
+    spectrum.sort_by(|a, b| size_of(b.0).total_cmp(&size_of(a.0)));
+    let (exponents, standard_errors) = spectrum.into_iter().unzip();
     LyapunovRow {
         method,
         h,
         t,
-        standard_errors: (0..size).map(standard_error).collect(),
-        sum: exponents.iter().copied().sum(),
+        standard_errors,
+        sum,
         exponents,
         mean_log_det: mean(&|growth| growth.log_det),
         mean_divergence: mean(&|growth| h * growth.divergence.unwrap_or(f64::NAN))
@@ -378,5 +385,7 @@ mod tests {
         assert!((row.t - 3.0).abs() < 1e-15 && (row.sum.unwrap() - 3.0).abs() < 1e-14);
         assert!((row.standard_errors[0].unwrap() - (7.0_f64 / 3.0).sqrt()).abs() < 1e-14);
         assert!((row.mean_divergence.unwrap() + 2.0).abs() < 1e-14);
+        let growth = Growth { logs: vec![1.0, 2.0], ..TEN };
+        assert_eq!(of_intervals(&[growth], "rk4", 0.1).exponents, [Some(2.0), Some(1.0)]);
     }
 }
