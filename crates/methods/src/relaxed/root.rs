@@ -14,6 +14,9 @@ const MOST_POINTS: u32 = 12;
 const MET_ROUNDINGS: f64 = 2.0;
 /// and the error accepted where the search makes no further progress.
 const NOISE_ROUNDINGS: f64 = 8.0;
+/// The change of K over a step, in roundings of its terms, from which on γ is told from its noise:
+/// twice the error at which the search ends.
+const TOLD_ROUNDINGS: f64 = 4.0;
 
 /// A point of the chord, and the error of K there.
 #[derive(Clone, Copy)]
@@ -57,7 +60,7 @@ impl<V: Vector> Chord<V> {
         }
         let lost = (plain.excess - (now - total)).to_f64().abs();
         // Where a step changes K by roundings alone, γ - 1 would be a quotient of roundings.
-        if lost <= NOISE_ROUNDINGS * unit && self.take_from_reservoir(direction, plain.excess) {
+        if lost <= TOLD_ROUNDINGS * unit && self.take_from_reservoir(direction, plain.excess) {
             return Ok(one);
         }
         let root = self.search(system, state, direction, [now - total, total], plain, unit);

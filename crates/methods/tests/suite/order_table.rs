@@ -39,9 +39,15 @@ fn counts(order: u32) -> [u64; 5] {
 
 /// The factor by which the numbers of steps are multiplied. If a step is not its own adjoint, the
 /// next error term is only one power of h smaller, instead of two, and shorter steps are needed to
-/// see the order. This concerns explicit methods, δ at the start of a step, and single sweeps.
+/// see the order. This concerns explicit methods, δ at the start of a step, and single sweeps. Those
+/// of order 8 that keep K by relaxation take longer ones: on shorter steps roundings of K set γ.
 fn finer(row: &Row) -> u64 {
-    if row.needs == Needs::Any || !row.poles().is_empty() || row.order() == 1 { 8 } else { 1 }
+    match row.needs {
+        Needs::Any if row.keeps_k && row.order() >= 8 => 6,
+        Needs::Any => 8,
+        _ if !row.poles().is_empty() || row.order() == 1 => 8,
+        _ => 1,
+    }
 }
 
 /// The global orders that follow from the local ones: the errors of q and p affect each other and
