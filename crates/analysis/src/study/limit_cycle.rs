@@ -2,10 +2,10 @@
 //! parameter.
 //!
 //! A cycle is a solution of Φ_h^n(z) = z with T = n h (`limit_cycle/shooting.rs`), so that it is a
-//! cycle of the method itself. Under a drive T is a multiple of its period P and n/T a whole number
-//! of steps a period, nearly 1/h; otherwise T is unknown, n = round(T/h), and z lies in the plane
-//! through the first guess normal to the motion there. The multipliers are the eigenvalues of
-//! ∂Φ_h^n/∂z. Without a drive one of them is 1 but for the error of the discretisation. Sources:
+//! cycle of the method itself. If the system has a period P in t, T is a multiple of it, and n/T a
+//! whole number of steps a period, nearly 1/h; otherwise T is unknown, n = round(T/h), and z lies in
+//! the plane through the first guess normal to the motion there. The multipliers are the eigenvalues
+//! of ∂Φ_h^n/∂z. If T is unknown, one of them is 1 but for the error of the discretisation. Sources:
 //! R. Seydel, Practical Bifurcation and Stability Analysis (2010), chapters 6 and 7; Yu. A.
 //! Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10.
 //!
@@ -55,7 +55,7 @@ pub struct LimitCycle {
     /// The time of the run that leads to the first guess; without a drive the search for a return
     /// takes at most as long again.
     pub transient: f64,
-    /// The number of periods of the drive in the cycle [default: found].
+    /// The number of periods in t of the system in the cycle [default: found].
     pub multiple: Option<u64>,
     /// The parameter in which the cycle is followed, if there is one.
     pub branch: Option<Branch>,

@@ -1,9 +1,9 @@
 //! The first guess of a cycle, from a run of the method.
 //!
-//! Where the system depends on the time, the states at its periods show the number of periods after which they repeat.
-//! Otherwise the run goes on from a state z* until it crosses the plane through z* normal to its
-//! velocity near z*, in the same direction. A run that comes to rest, or does not come back, has no
-//! guess.
+//! Where the system depends on the time, the states at its periods in t show the number of periods
+//! after which they repeat. Otherwise the run goes on from a state z* until it crosses the plane
+//! through z* normal to its velocity near z*, in the same direction. A run that comes to rest, or
+//! does not come back, has no guess.
 
 use super::CycleFailure;
 use crate::Model;
