@@ -41,7 +41,7 @@ pub struct LimitCycleTable {
     /// The time of the run that leads to the cycle [default: the end of time].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub transient: Option<f64>,
-    /// The number of periods of the drive in the cycle [default: found].
+    /// The number of periods in t of the system in the cycle [default: found].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub periods: Option<u64>,
     /// The parameter in which the cycle is followed, of the system or of the drive.
