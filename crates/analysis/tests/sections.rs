@@ -284,8 +284,8 @@ fn the_basins_of_a_double_well_are_those_of_its_stable_manifold() {
         run.run(grid, &mut state, 5000, go_on).unwrap();
         let attractor = cell.attractor.expect("every run settles");
         let of_well = found.attractors[attractor].attractor.clone();
-        let points = [[state.q.clone(), state.p.clone()], [state.q, state.p]];
-        let reached = Attractor::of(&points, &[None], 1.0);
+        let points = vec![[state.q, state.p].concat(); 2];
+        let reached = Attractor::of(points, &[None], 1.0);
         if of_well.distance(&reached.unwrap()) > 0.1 && q[0].abs() + p[0].abs() > 1e-12 {
             wrong += 1;
         }

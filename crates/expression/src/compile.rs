@@ -32,8 +32,8 @@ impl Operation {
         term.into_iter().flat_map(Term::operands).chain(fused.into_iter().flatten()).chain(with)
     }
 
-    /// Its instruction. It has none if the value is in the frame, or if the instruction of a divided
-    /// difference, which comes before, has computed it.
+    /// Its instruction. It has none if the value is in the frame, or if the instruction of a
+    /// divided difference, which comes before, has computed it.
     fn instruction(
         self,
         to: Register,

@@ -120,7 +120,8 @@ fn kinds(study: &Bifurcation, diagram: &Diagram) -> Vec<Option<Attractor>> {
     let Problem { model, q, p, .. } = &study.problem;
     let (periods, start_size) = (model.periods(), largest(q).max(largest(p)));
     let of = |column: &Column| {
-        let attractor = Attractor::of(&column.points, &periods, start_size);
+        let points = column.points.iter().map(|point| point.concat()).collect();
+        let attractor = Attractor::of(points, &periods, start_size);
         attractor.filter(|_| column.ending.is_completed())
     };
     diagram.columns.iter().map(of).collect()

@@ -64,19 +64,10 @@ fn sheet(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow]) -> Result<Sheet, 
     Ok(sheet)
 }
 
-/// The rows of a method and a variable.
-fn of<'a>(
-    found: &'a [GlobalRow],
-    method: &str,
-    variable: &str,
-) -> impl DoubleEndedIterator<Item = &'a GlobalRow> {
-    found.iter().filter(move |row| row.method == method && row.variable == variable)
-}
-
 /// The order of a variable at the finest step whose error is above rounding.
 fn order(found: &[GlobalRow], method: &str, variable: &str) -> Option<f64> {
     let above = |row: &&GlobalRow| row.error.is_some_and(|error| error > ABOVE_ROUNDING);
-    of(found, method, variable).filter(above).filter_map(|row| row.order).next_back()
+    GlobalRow::of(found, method, variable).filter(above).filter_map(|row| row.order).next_back()
 }
 
 const HEADER: [&str; 8] =
@@ -85,7 +76,8 @@ const HEADER: [&str; 8] =
 fn cells(found: &[GlobalRow], row: &Row) -> Vec<String> {
     let claimed = row.order();
     let claimed = if claimed == EXACT { "exact".into() } else { claimed.to_string() };
-    let finest = |variable| of(found, row.name, variable).filter_map(GlobalRow::measured);
+    let finest =
+        |variable| GlobalRow::of(found, row.name, variable).filter_map(GlobalRow::measured);
     let mut cells = vec![row.name.into(), claimed];
     cells.extend(VARIABLES.map(|variable| decimal(order(found, row.name, variable))));
     cells.extend(VARIABLES.map(|variable| measured(finest(variable).next_back())));
@@ -95,7 +87,7 @@ fn cells(found: &[GlobalRow], row: &Row) -> Vec<String> {
 /// The global error of a variable against the step.
 fn chart(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow], variable: &str) -> LineChart {
     let curve = |method: &&str| {
-        let rows = of(found, method, variable);
+        let rows = GlobalRow::of(found, method, variable);
         let errors = rows.filter_map(|row| Some((row.h, row.measured()?)));
         of_errors(method, Style::LineMarkers, errors)
     };
@@ -135,4 +127,21 @@ fn global(r: &Readings) -> Said {
         );
     }
     (Verdict::Note, statement)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_that_do_not_fall_at_their_order_are_named() {
+        let of = |r: Readings, name: &str, orders: [f64; 3]| {
+            let found = VARIABLES.iter().zip(orders);
+            found.fold(r, |r, (of, order)| r.and(name, of, order)).and(name, "claimed", 4.0)
+        };
+        let right = of(Readings::default(), "rk4", [4.02, 3.97, 3.6]);
+        assert_eq!(global(&right).1, "rk4 4.02 / 3.97 / 3.60.");
+        let (_, said) = global(&of(right, "collocation-4", [4.0, -0.2, 4.0]));
+        assert!(said.contains(" The errors of collocation-4 do not fall at their order"), "{said}");
+    }
 }

@@ -131,10 +131,10 @@ fn attractors(study: &Poincare, portrait: &Portrait) -> Vec<Option<Attractor>> {
     let periods = study.problem.model.periods();
     let of_start = |start: usize| {
         let rows = portrait.rows.iter().filter(|row| row.start == start + 1);
-        let points: Vec<_> = rows.map(|row| [row.q.clone(), row.p.clone()]).collect();
+        let points = rows.map(|row| [&row.q[..], &row.p].concat()).collect();
         let done = portrait.endings[start].is_completed();
         let start_size = largest(&study.starts[start].concat());
-        Attractor::of(&points, &periods, start_size).filter(|_| done)
+        Attractor::of(points, &periods, start_size).filter(|_| done)
     };
     (0..portrait.endings.len()).map(of_start).collect()
 }

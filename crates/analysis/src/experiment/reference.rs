@@ -15,7 +15,7 @@ pub(super) fn label(row: &Row, h: f64) -> String {
     }
 }
 
-/// How the reference is computed, in words.
+/// A sentence that names the method and the step of the reference; empty if there is none.
 pub(super) fn of_reference(h: Option<f64>) -> String {
     h.map_or(String::new(), |h| {
         format!(" The reference takes steps of nearly {h:.2e} with DOP853.")

@@ -14,7 +14,7 @@ use crate::study::events::{self, EventPlan, EventRow, Steps};
 use crate::study::outcome::COMPLETED;
 use crate::study::trajectory::{self, Kept, Legs, Tally, Trajectory, stride, thinned};
 use afterbay_core::Passive;
-use afterbay_methods::registry::{ADAPTIVE, Row};
+use afterbay_methods::registry::{Row, find};
 use serde::{Deserialize, Serialize};
 
 /// The most coordinates, and momenta, whose ends are numbers of a sweep.
@@ -278,7 +278,7 @@ fn where_they_went(r: &Readings) -> Said {
     }
     let rises = r.numbers("rise");
     if !rises.is_empty() {
-        let by_tolerance = |name: &str| ADAPTIVE.iter().any(|row| row.name == name);
+        let by_tolerance = |name: &str| find(name).is_some_and(Row::is_adaptive);
         let between = if rises.iter().any(|(name, _)| by_tolerance(name)) {
             " Between two steps that follow from a tolerance, states have its accuracy alone."
         } else {

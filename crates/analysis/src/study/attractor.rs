@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 /// The largest distance of points that count as one, relative to [`Attractor::size`].
 const SAME: f64 = 1e-4;
-/// The distance of points that counts as none, relative to the size of the start: a motion that
-/// decays to rest at q = p = 0 repeats nowhere.
+/// The distance, relative to the size of the start, up to which points count as one, however small
+/// they are: a motion that decays to q = p = 0 never repeats to [`SAME`] of its own size.
 const AT_REST: f64 = 1e-8;
 /// The largest distance of two attractors that count as one, relative to their size. A coarse
 /// choice: methods at finite steps shift an attractor without changing its kind.
@@ -36,19 +36,15 @@ pub struct Attractor {
     pub kind: Kind,
     /// The largest |q_j| or |p_j| of the points.
     pub size: f64,
-    /// The distance of points that counts as none.
+    /// The distance up to which points count as one, however small they are.
     at_rest: f64,
 }
 
 impl Attractor {
-    /// The attractor that points (q, p) show; none if there are fewer than two. `periods` are those
-    /// of the coordinates, `start_size` is the largest |q_j| or |p_j| at the start of the run.
-    pub fn of<'a>(
-        points: impl IntoIterator<Item = &'a [Vec<f64>; 2]>,
-        periods: &[Option<f64>],
-        start_size: f64,
-    ) -> Option<Self> {
-        let points: Vec<Vec<f64>> = points.into_iter().map(|point| point.concat()).collect();
+    /// The attractor that points show, each q and p in one vector; none if there are fewer than two.
+    /// `periods` are those of the coordinates, `start_size` is the largest |q_j| or |p_j| at the
+    /// start of the run.
+    pub fn of(points: Vec<Vec<f64>>, periods: &[Option<f64>], start_size: f64) -> Option<Self> {
         if points.len() < 2 {
             return None;
         }
@@ -66,7 +62,7 @@ impl Attractor {
     }
 
     /// The largest distance of a point of one attractor from the nearest point of the other,
-    /// relative to the size of this one; 0 if it counts as none.
+    /// relative to the size of this one; 0 if they count as one.
     pub fn distance(&self, other: &Self) -> f64 {
         relative(self.apart(other), self)
     }
@@ -133,7 +129,7 @@ pub(crate) fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
-/// A distance relative to the size of an attractor; 0 if it counts as none.
+/// The distance of points relative to the size of an attractor; 0 if they count as one.
 fn relative(distance: f64, attractor: &Attractor) -> f64 {
     let Attractor { size, at_rest, .. } = *attractor;
     if distance <= at_rest { 0.0 } else { distance / size.max(at_rest).max(f64::MIN_POSITIVE) }
@@ -144,8 +140,8 @@ mod tests {
     use super::*;
 
     fn attractor(points: &[f64]) -> Attractor {
-        let points: Vec<_> = points.iter().map(|&x| [vec![x], vec![-x]]).collect();
-        Attractor::of(&points, &[None], 2.0).expect("two points")
+        let points = points.iter().map(|&x| vec![x, -x]).collect();
+        Attractor::of(points, &[None], 2.0).expect("two points")
     }
 
     #[test]
@@ -156,7 +152,7 @@ mod tests {
         assert_eq!(attractor(&[1.0, 2.0, 3.0, 1.0]).kind, Kind::Aperiodic);
         assert_eq!(attractor(&[1.0, 1.001, 1.0, 1.001]).kind, Kind::Period(2));
         assert_eq!(attractor(&[0.0, 0.0]).kind, Kind::Period(1));
-        assert!(Attractor::of(&[[vec![1.0], vec![0.0]]], &[None], 2.0).is_none());
+        assert!(Attractor::of(vec![vec![1.0, 0.0]], &[None], 2.0).is_none());
     }
 
     #[test]
@@ -174,8 +170,8 @@ mod tests {
     fn an_angle_at_half_a_turn_is_one_place() {
         let turn = std::f64::consts::TAU;
         let of = |angles: [f64; 4]| {
-            let points = angles.map(|q| [vec![q], vec![0.1]]);
-            Attractor::of(&points, &[Some(turn)], 1.0).expect("two points")
+            let points = angles.map(|q| vec![q, 0.1]).to_vec();
+            Attractor::of(points, &[Some(turn)], 1.0).expect("two points")
         };
         let near = turn / 2.0 - 1e-9;
         let (a, b) = (of([near, -near, near, near]), of([-near; 4]));

@@ -35,6 +35,15 @@ pub struct GlobalRow {
 }
 
 impl GlobalRow {
+    /// The rows of a method and a variable.
+    pub(crate) fn of<'a>(
+        rows: &'a [Self],
+        method: &str,
+        variable: &str,
+    ) -> impl DoubleEndedIterator<Item = &'a Self> {
+        rows.iter().filter(move |row| row.method == method && row.variable == variable)
+    }
+
     /// The error with its doubt.
     pub fn measured(&self) -> Option<Measured> {
         self.error.map(|error| Measured { error, doubt: self.doubt })

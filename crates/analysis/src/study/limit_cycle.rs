@@ -2,12 +2,12 @@
 //! parameter.
 //!
 //! A cycle is a solution of Φ_h^n(z) = z with T = n h (`limit_cycle/shooting.rs`), so that it is a
-//! cycle of the method itself. If the system has a period P in t, T is a multiple of it, and n/T a
-//! whole number of steps a period, nearly 1/h; otherwise T is unknown, n = round(T/h), and z lies in
-//! the plane through the first guess normal to the motion there. The multipliers are the eigenvalues
-//! of ∂Φ_h^n/∂z. If T is unknown, one of them is 1 but for the error of the discretisation. Sources:
-//! R. Seydel, Practical Bifurcation and Stability Analysis (2010), chapters 6 and 7; Yu. A.
-//! Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10.
+//! cycle of the method itself. If the system has a period P in t, T is a multiple of it, and each P
+//! has a whole number of steps of nearly h. Otherwise T is unknown, n = round(T/h), and z lies in
+//! the plane through the first guess normal to the motion there. The multipliers are the
+//! eigenvalues of ∂Φ_h^n/∂z. If T is unknown, one of them is 1 but for the error of the
+//! discretisation. Sources: R. Seydel, Practical Bifurcation and Stability Analysis (2010),
+//! chapters 6 and 7; Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10.
 //!
 //! The first guess is a state of a run after a transient (`limit_cycle/guess.rs`). Every reason for
 //! which there is no cycle has a name ([`CycleFailure`]).
@@ -311,7 +311,7 @@ fn at_rest(shooting: &Shooting<'_>, solved: &Solved) -> Result<(), CycleFailure>
     Err(CycleFailure::AtRest { q: q.to_vec(), p: p.to_vec() })
 }
 
-/// The number of periods of a drive after which a cycle repeats, if this is less than its multiple.
+/// The number of periods in t after which a cycle repeats, if this is less than its multiple.
 fn earlier(shooting: &Shooting<'_>, solved: &Solved) -> Option<u64> {
     let (multiple, path) = (shooting.multiple?, &solved.image.path);
     let each = shooting.steps / multiple;

@@ -217,11 +217,10 @@ fn of_intervals(intervals: &[Growth], method: &'static str, h: f64) -> LyapunovR
         Some((square / (n * (n - 1.0))).sqrt())
     };
     let sum = exponents.iter().copied().sum();
-    let with_error = |i| (exponents[i], standard_error(i));
-    let mut spectrum: Vec<_> = (0..size).map(with_error).collect();
-    // Over a short time, neighbours come out in either order.
-    let size_of = |exponent: Option<f64>| exponent.unwrap_or(f64::NEG_INFINITY);
-    spectrum.sort_by(|a, b| size_of(b.0).total_cmp(&size_of(a.0)));
+    let mut spectrum: Vec<_> = (0..size).map(|i| (exponents[i], standard_error(i))).collect();
+    // Over a short time, two exponents that differ by little come out in either order.
+    let value = |exponent: Option<f64>| exponent.unwrap_or(f64::NEG_INFINITY);
+    spectrum.sort_by(|a, b| value(b.0).total_cmp(&value(a.0)));
     let (exponents, standard_errors) = spectrum.into_iter().unzip();
     LyapunovRow {
         method,

@@ -68,8 +68,8 @@ impl<V: Vector> Workspace<V> {
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());
         }
-        // Where terms cancel, the rounding of λ exceeds that of |H|, and the rounding of the forces
-        // that of p.
+        // If the terms of H or of the forces cancel, their roundings exceed those that |H| and p
+        // suggest. They are measured, and the equations are solved to them.
         step.workspace.measure_roundings(system, state);
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());

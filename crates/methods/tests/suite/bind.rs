@@ -11,10 +11,10 @@ use std::sync::Arc;
 /// A system with its type erased, so that a method is compiled once for all systems of a test.
 pub(crate) type Curved<T> = dyn SecondDerivatives<T>;
 
-/// The same for a system with separable H.
+/// A system with separable H, with its type erased.
 pub(crate) type AnySeparable<T> = dyn Separable<T>;
 
-/// The same for a chain or a ring of equal members.
+/// A chain or a ring of equal members, with its type erased.
 pub(crate) type AnyMembers = dyn Members;
 
 /// A system that offers some of its abilities.
@@ -66,7 +66,7 @@ where
     erased(row, Arc::new(system))
 }
 
-/// The same for a system whose type is erased already.
+/// Binds a system with any H and second derivatives whose type is erased already.
 pub(crate) fn erased<T: Number>(row: &Row, system: Arc<Curved<T>>) -> Result<Run<T>, InputError> {
     Able::new(system).bind(row)
 }

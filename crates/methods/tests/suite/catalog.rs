@@ -14,7 +14,7 @@ use afterbay_systems::{
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// What a system is built from.
+/// The definition of a system, from which it is made in any scalar.
 #[derive(Clone)]
 enum Origin {
     /// A row of the catalogue, the number of degrees of freedom, and the other parameters.

@@ -1,6 +1,6 @@
-//! All tests of the methods in one program. Where a test is not about a static form, it takes methods
-//! and systems in the forms that the libraries compile (`bind`, `catalog`), so that they are not
-//! compiled again here.
+//! All tests of the methods in one program. Where a test is not about a static form, it takes
+//! methods and systems in the forms that the libraries compile (`bind`, `catalog`), so that they
+//! are not compiled again here.
 
 #![cfg(test)]
 

@@ -22,12 +22,13 @@ pub(crate) const MASSES: [f64; 2] = [1.0, 2.0];
 /// compiled for themselves.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Model {
-    /// Mathieu's equation with friction, V = (a - 2 b cos 2t) q²/2. The last coordinate is the time.
+    /// Mathieu's equation with friction, V = (a - 2 b cos 2t) q²/2. The last coordinate is the
+    /// time.
     Mathieu,
     /// Two particles in a well that breathes, coupled by a spring whose end moves, with drag that
     /// depends on the place, the velocity and the time. The last coordinate is the time.
     Breathing,
-    /// The same well with friction D = R(t) v that couples the momenta.
+    /// [`Breathing`] with friction D = R(t) v, which couples the momenta, in place of drag.
     Rubbed,
     /// Two particles in a quartic well, coupled by a nonlinear spring, with drag that depends on
     /// the place.
@@ -194,7 +195,7 @@ impl Scene {
         Arc::new(Driven::new(system, drive).unwrap())
     }
 
-    /// The same system in power series, in which it has no other abilities.
+    /// The system in power series. It has no abilities there.
     fn series(&self) -> Arc<InSeries<Quad>> {
         let mut system: Arc<InSeries<Quad>> = Arc::new(FromFormulas(self.model));
         if self.model.has_clock() {

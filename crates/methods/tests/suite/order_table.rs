@@ -39,8 +39,9 @@ fn counts(order: u32) -> [u64; 5] {
 
 /// The factor by which the numbers of steps are multiplied. If a step is not its own adjoint, the
 /// next error term is only one power of h smaller, instead of two, and shorter steps are needed to
-/// see the order. This concerns explicit methods, δ at the start of a step, and single sweeps. Those
-/// of order 8 that keep K by relaxation take longer ones: on shorter steps roundings of K set γ.
+/// see the order. This concerns explicit methods, δ at the start of a step, and single sweeps.
+/// Relaxed methods from order 8 on take longer steps than other explicit ones: on shorter ones
+/// roundings of K decide γ.
 fn finer(row: &Row) -> u64 {
     match row.needs {
         Needs::Any if row.keeps_k && row.order() >= 8 => 6,

@@ -27,7 +27,7 @@ where
     bits(&state)
 }
 
-/// The same by the time loop.
+/// The bits of the state after 200 steps by the time loop, and its time.
 fn run<V: Vector<Scalar = f64>>(system: &dyn Linear<f64>, q: V, p: V) -> (Vec<u64>, f64) {
     let (mut state, grid) = (State::new(q, p).unwrap(), Grid::of(0.05, 200).unwrap());
     integrate(&ModDg::linear(), system, grid, &mut state, &mut ()).unwrap();

@@ -3,8 +3,7 @@
 use super::breaks::Breaks;
 use super::description::DriveDescription;
 use super::failure::{CustomError, Place};
-use super::programs::{Builder, Part};
-use super::shape::closed;
+use super::programs::{Builder, Part, closed};
 use super::wave::Wave;
 use super::{checks, harmonics, period, time_point};
 use afterbay_core::{Drive, Harmonics, Scalar};

@@ -1,6 +1,6 @@
 //! Programs of one graph, with their frames in one array.
 
-use super::failure::CustomError;
+use super::failure::{CustomError, Place};
 use afterbay_core::Scalar;
 use afterbay_expression::{BLOCK, Graph, Node, Point, Program, REGISTERS, TooManyRegisters};
 use std::array::from_fn;
@@ -115,6 +115,19 @@ impl Builder {
         self.fits(0)?;
         Ok(parts)
     }
+}
+
+/// The nodes that depend on parameters alone, in order of evaluation: those of `evaluated`, which
+/// do, and the parts of other fields and of each place that do. Such parts of D decide its sign.
+pub(super) fn closed(
+    graph: &Graph,
+    mut evaluated: Vec<Node>,
+    fields: &[Node],
+    places: &[(Place, Node, Range<usize>)],
+) -> Vec<Node> {
+    let parts = graph.all(fields).into_iter().chain(places.iter().map(|x| x.1));
+    evaluated.extend(parts.filter(|&x| graph.closed(x)));
+    graph.all(&evaluated)
 }
 
 pub(super) fn crowded(_: TooManyRegisters) -> CustomError {

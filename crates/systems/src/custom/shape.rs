@@ -7,7 +7,7 @@ use super::failure::{CustomError, Place};
 use super::members::{Members, along};
 use super::passive;
 use super::polynomial::Polynomial;
-use super::programs::{Builder, Part, crowded};
+use super::programs::{Builder, Part, closed, crowded};
 use super::ridges::{Links, Wanted};
 use super::second_derivatives::SecondDerivatives;
 use super::structure::Structure;
@@ -171,19 +171,6 @@ impl Shape {
             members,
         })
     }
-}
-
-/// The nodes that depend on parameters alone, in order of evaluation: those of `evaluated`, which
-/// do, and the parts of other fields and of each place that do. Such parts of D decide its sign.
-pub(super) fn closed(
-    graph: &Graph,
-    mut evaluated: Vec<Node>,
-    fields: &[Node],
-    places: &[(Place, Node, Range<usize>)],
-) -> Vec<Node> {
-    let parts = graph.all(fields).into_iter().chain(places.iter().map(|x| x.1));
-    evaluated.extend(parts.filter(|&x| graph.closed(x)));
-    graph.all(&evaluated)
 }
 
 impl Builder {

@@ -1,9 +1,12 @@
-//! Runs that are stopped and go on, with their states in files.
+//! Runs that are stopped and go on, with their states in files, and the sentence on all runs.
 
+use super::where_they_went;
+use crate::claim::Readings;
 use crate::experiment::{Ledger, Task, checkpoint, perform, plan};
 use crate::journal::{Journal, Shard, Start};
 use crate::progress::{Progress, Silent};
 use crate::scene::Scene;
+use crate::study::outcome::COMPLETED;
 use std::io::Read;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -134,4 +137,15 @@ fn another_command_goes_on_with_the_states_of_a_run() {
     let (joined, task, read) = Journal::join(folder.path(), Task::Run).expect("a journal");
     assert_eq!(task, Task::Run);
     assert!(tables(&read, &joined, &Silent).0 == states, "tables differ");
+}
+
+#[test]
+fn states_between_the_steps_of_a_tolerance_are_told_from_steps() {
+    let said = |method: &str| {
+        let r = Readings::default().and(method, "run", COMPLETED);
+        where_they_went(&r.and(method, "rise", 1e-3)).1
+    };
+    assert!(said("rk4").contains("it rises with rk4 1e-3. 1 of 1 runs"), "{}", said("rk4"));
+    let between = said("adaptive-radau");
+    assert!(between.contains("adaptive-radau 1e-3. Between two steps that follow"), "{between}");
 }

@@ -91,21 +91,13 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     Ok(())
 }
 
-fn of<'a>(
-    rows: &'a [GlobalRow],
-    method: &str,
-    variable: &str,
-) -> impl Iterator<Item = &'a GlobalRow> {
-    rows.iter().filter(move |row| row.method == method && row.variable == variable)
-}
-
 fn points(rows: &[GlobalRow], method: &str, variable: &str) -> Vec<(f64, f64)> {
-    of(rows, method, variable).filter_map(|row| Some((row.h, row.error?))).collect()
+    GlobalRow::of(rows, method, variable).filter_map(|row| Some((row.h, row.error?))).collect()
 }
 
 /// The orders between successive steps whose errors are above rounding, from coarse to fine.
 fn orders(rows: &[GlobalRow], method: &str, variable: &str) -> Vec<f64> {
-    let above = of(rows, method, variable)
+    let above = GlobalRow::of(rows, method, variable)
         .filter(|row| row.error.is_some_and(|error| error > ABOVE_ROUNDING));
     above.filter_map(|row| row.order).collect()
 }

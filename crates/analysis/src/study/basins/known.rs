@@ -236,8 +236,7 @@ impl<'a> Found<'a> {
     /// has settled.
     pub(super) fn ended(self) -> (Option<usize>, u64, Option<Known>) {
         let Self { nearby, last, period, filling, .. } = self;
-        let (dof, scale) = (nearby.dof, nearby.scale);
-        let split = |point: &Vec<f64>| [point[..dof].to_vec(), point[dof..].to_vec()];
+        let scale = nearby.scale;
         let cycle: Vec<Vec<f64>> = match period {
             Some(period) => last.range(last.len() - period..).cloned().collect(),
             None => Vec::new(),
@@ -247,13 +246,12 @@ impl<'a> Found<'a> {
         }
         // Two turns of a cycle show its period.
         let points = if cycle.is_empty() { filling } else { [&cycle[..], &cycle[..]].concat() };
-        let points_of = points.iter().map(split).collect::<Vec<_>>();
-        let attractor = Attractor::of(&points_of, &nearby.periods, scale);
         let boxes = if cycle.is_empty() {
             points.iter().map(|point| boxed(point, scale)).collect()
         } else {
             HashSet::new()
         };
+        let attractor = Attractor::of(points, &nearby.periods, scale);
         let known = attractor.map(|attractor| Known { attractor, cycle, boxes, scale });
         (nearby.reached, nearby.returns, known)
     }

@@ -1,9 +1,9 @@
 //! The first guess of a cycle, from a run of the method.
 //!
-//! Where the system depends on the time, the states at its periods in t show the number of periods
-//! after which they repeat. Otherwise the run goes on from a state z* until it crosses the plane
-//! through z* normal to its velocity near z*, in the same direction. A run that comes to rest, or
-//! does not come back, has no guess.
+//! If the system depends on the time, a state is taken once in each of its periods, and the guess
+//! is a state and the number of periods after which it repeats. Otherwise the run goes on from a
+//! state z* until it crosses the plane through z* normal to its velocity near z*, in the same
+//! direction. A run that comes to rest, or does not come back, has no guess.
 
 use super::CycleFailure;
 use crate::Model;
@@ -88,12 +88,12 @@ impl Walk<'_> {
         let multiple = match multiple {
             Some(multiple) => multiple,
             None => {
-                let mut points = vec![self.point()];
+                let mut points = vec![self.point().concat()];
                 for _ in 0..2 * PERIODS {
                     self.period(grid)?;
-                    points.push(self.point());
+                    points.push(self.point().concat());
                 }
-                let attractor = Attractor::of(&points, &model.periods(), largest(&first));
+                let attractor = Attractor::of(points, &model.periods(), largest(&first));
                 match attractor.map(|attractor| attractor.kind) {
                     Some(Kind::Period(multiple)) => multiple as u64,
                     _ => return Err(CycleFailure::NoPeriod { periods: PERIODS }),

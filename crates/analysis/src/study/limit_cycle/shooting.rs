@@ -4,11 +4,11 @@
 //! Φ_h^n(z) - z = 0        h = T/n
 //! ```
 //!
-//! The unknowns are z = (q, p), the period T unless the system has one in t, and a parameter λ along
-//! a branch. Conditions that are linear in the unknowns make up for those in excess of the
-//! equations. The n steps are taken in 106 bits, so that the equations are evaluated to the rounding
-//! of z. Their derivatives by z are products of the Jacobians of steps ([`Tangent`]); those by T and
-//! λ are differences of whole cycles, and only direct the corrections.
+//! The unknowns are z = (q, p), the period T unless the system has one in t, and a parameter λ
+//! along a branch. Conditions that are linear in the unknowns make up for those in excess of the
+//! equations. The n steps are taken in 106 bits, so that the equations are evaluated to the
+//! rounding of z. Their derivatives by z are products of the Jacobians of steps ([`Tangent`]);
+//! those by T and λ are differences of whole cycles, and only direct the corrections.
 
 use super::CycleFailure;
 use crate::Model;

@@ -46,8 +46,8 @@ fn names(
     Ok(names)
 }
 
-/// Checks that no name of a system is `n`, which is the number of its degrees of freedom. The chains
-/// of the catalogue have a parameter of this name and value.
+/// Checks that no name of a system is `n`, the number of its degrees of freedom. The chains of the
+/// catalogue have a parameter of this name and value, and pass it on to a drive and to events.
 pub(super) fn check_count(
     parameters: &[(String, f64)],
     definitions: &[(String, String)],

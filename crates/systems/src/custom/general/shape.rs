@@ -3,9 +3,8 @@
 use super::super::description::GeneralReading;
 use super::super::failure::{CustomError, Place};
 use super::super::passive;
-use super::super::programs::{Builder, Part, crowded};
+use super::super::programs::{Builder, Part, closed, crowded};
 use super::super::second_derivatives::SecondDerivatives;
-use super::super::shape::closed;
 use super::super::structure::coupling;
 use afterbay_core::{Block, Coupling};
 use afterbay_expression::{Graph, Input, Kinds, Node, Program};
