@@ -7,6 +7,9 @@
 //! that fits a system. [`Compensated`] prevents rounding errors from accumulating over very long
 //! runs.
 
+// What only the table of methods uses (`registry`).
+#![cfg_attr(test, allow(dead_code, unused_imports))]
+
 mod adaptive;
 mod adaptive_collocation;
 mod adaptive_dop853;

@@ -4,12 +4,16 @@
 pub(crate) mod binding;
 mod cost;
 mod erased;
+#[cfg(not(test))]
 mod families;
 pub mod inlined;
 mod number;
 mod run;
 mod sources;
 mod stepper;
+// A static is compiled with all it refers to, here each method for each scalar. The unit tests,
+// which bind nothing, would compile all of them once more.
+#[cfg(not(test))]
 mod table;
 
 use crate::moddg::steps::Equation;
@@ -22,7 +26,8 @@ pub(crate) use erased::fixed;
 pub use number::{Compensable, Number, compensated};
 pub use run::{Part, Run, Setting, Show, Stepping};
 pub use sources::{KOBUS, Source};
-pub use table::{ADAPTIVE, FIXED, METHODS, REFERENCE};
+#[cfg(not(test))]
+pub use table::{ADAPTIVE, FIXED, METHODS, REFERENCE, find};
 
 /// The order of a method whose only error is rounding.
 pub const EXACT: u32 = u32::MAX;
@@ -140,11 +145,6 @@ impl Needs {
             Self::Printed => "damped oscillator",
         }
     }
-}
-
-/// Finds the row of a method by its name.
-pub fn find(name: &str) -> Option<&'static Row> {
-    METHODS.iter().find(|row| row.name == name)
 }
 
 /// Binds a method to a system, in the form compiled for every system. Closed forms are used where

@@ -338,6 +338,11 @@ pub static FIXED: &[Row] = METHODS.split_at(steps()).0;
 /// The methods with a tolerance. The first applies to any system, including stiff ones.
 pub static ADAPTIVE: &[Row] = METHODS.split_at(steps()).1;
 
+/// Finds the row of a method by its name.
+pub fn find(name: &str) -> Option<&'static Row> {
+    METHODS.iter().find(|row| row.name == name)
+}
+
 /// The number of rows with a fixed step.
 const fn steps() -> usize {
     let mut count = 0;
