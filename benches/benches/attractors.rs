@@ -5,13 +5,13 @@
 //! The two of a ratio are run in turn, and each figure is the minimum over the turns.
 
 use afterbay_analysis::progress::Silent;
-use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::basins::{Axis, Basins};
 use afterbay_analysis::study::bifurcation::Bifurcation;
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::section::Section;
 use afterbay_analysis::{Spacing, Variable};
+use afterbay_experiments::scene::Scene;
 use afterbay_methods::registry::{Row, find};
 use rayon::prelude::*;
 use std::f64::consts::TAU;

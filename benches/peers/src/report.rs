@@ -3,10 +3,12 @@
 use super::Scene;
 use super::measure::Row;
 use super::ratios::{self, Part};
-use afterbay_analysis::chart::{Axis, Curve, LineChart, Panels, Style};
-use afterbay_analysis::data::DataFormat;
-use afterbay_analysis::record::{Artifact, Manifest, Output, RunOutcome, StorageError, processor};
-use afterbay_analysis::report::{Block, Figure, Report, Section, Table};
+use afterbay_experiments::chart::{Axis, Curve, LineChart, Panels, Style};
+use afterbay_experiments::data::DataFormat;
+use afterbay_experiments::record::{
+    Artifact, Manifest, Output, RunOutcome, StorageError, processor,
+};
+use afterbay_experiments::report::{Block, Figure, Report, Section, Table};
 use std::path::Path;
 
 const DATA: &str = "data/work_precision.csv";

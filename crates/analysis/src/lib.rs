@@ -1,41 +1,27 @@
-//! Measures integration methods: orders, energy balance, work against precision and stability, as
-//! tables, charts and a report.
+//! Measures integration methods: orders, energy balance, work against precision, stability,
+//! attractors and chaos.
 //!
-//! A [`Model`] is a system with its parameters. A [`study`] runs methods on it and returns the rows
-//! of one table. The [`paper`] module repeats the paper's experiment from these studies, and
-//! [`record`] writes the results to files.
+//! A [`Model`] is a system with its parameters, a [`study::Problem`] a model with its initial
+//! state. A [`study`] runs methods on it and returns the rows of one table.
+//! `afterbay-experiments` reads what to study from a scene and makes tables, charts and a report
+//! of the rows.
 
-pub mod chart;
-pub mod claim;
-pub mod compare;
-pub mod data;
-pub mod experiment;
-mod findings;
-pub mod journal;
 pub mod measured;
 mod model;
 mod observable;
-pub mod paper;
 pub mod progress;
-pub mod record;
-pub mod report;
-pub mod scene;
+pub mod rows;
 mod series;
-mod sheet;
 mod solution;
 mod spacing;
 pub mod statistics;
 pub mod study;
-mod units;
 mod variable;
 pub mod words;
 
-pub use claim::Finding;
 pub use measured::{Doubt, Measured};
-pub use model::{Lanes, Model, ModelError};
+pub use model::{Lanes, Model, ModelError, is_linear};
 pub use observable::Observable;
-pub use sheet::ReportError;
 pub use solution::Solution;
 pub use spacing::Spacing;
-pub use units::UnitsTable;
 pub use variable::Variable;

@@ -34,7 +34,7 @@ pub struct Measured {
 }
 
 /// The least ratio of a resolved error to the doubt of its reference.
-pub(crate) const RESOLVED: f64 = 10.0;
+pub const RESOLVED: f64 = 10.0;
 
 impl Measured {
     /// Whether the error is large compared with the doubt of the reference. An error that is not

@@ -10,7 +10,7 @@ use afterbay_systems::{CustomDrive, CustomError, Described};
 use thiserror::Error;
 
 pub use binding::Lanes;
-pub(crate) use binding::is_linear;
+pub use binding::is_linear;
 use binding::split;
 
 /// A system and its parameters.
@@ -126,7 +126,7 @@ impl Model {
     ///
     /// # Errors
     /// Those of [`Model::system`].
-    pub(crate) fn passive(&self) -> Result<Passive, InputError> {
+    pub fn passive(&self) -> Result<Passive, InputError> {
         match self {
             Self::Driven(model, _) => model.passive(),
             _ => Ok(self.system::<f64>()?.dissipation_form().passive),

@@ -1,9 +1,9 @@
 //! Quantities of a state that a figure can show.
 
 use crate::Model;
+use crate::Variable;
 use crate::study::PUMPED;
 use crate::study::trajectory::TrajectoryRow;
-use crate::{UnitsTable, Variable};
 
 /// A quantity of a state, named like the columns of `trajectory.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub enum Observable {
 
 impl Observable {
     /// The quantity of a name, if there is one in this model.
-    pub(crate) fn parse(name: &str, model: &Model) -> Option<Self> {
+    pub fn parse(name: &str, model: &Model) -> Option<Self> {
         let (dof, is_driven) = (model.degrees(), !model.driven().is_empty());
         let numbered = || {
             let variable = match name.get(..1)? {
@@ -56,7 +56,7 @@ impl Observable {
     }
 
     /// The names there are, those of many degrees of freedom as ranges.
-    pub(crate) fn names(model: &Model) -> Vec<String> {
+    pub fn names(model: &Model) -> Vec<String> {
         let dof = model.degrees();
         let range = |name: &str| {
             if dof == 1 { format!("{name}1") } else { format!("{name}1 to {name}{dof}") }
@@ -70,10 +70,10 @@ impl Observable {
     }
 
     /// The value in a state of a run that began with `first`.
-    pub(crate) fn of(self, row: &TrajectoryRow, first: &TrajectoryRow) -> Option<f64> {
+    pub fn of(self, row: &TrajectoryRow, first: &TrajectoryRow) -> Option<f64> {
         Some(match self {
             Self::Time => row.t,
-            Self::Of(variable, j) => *entries(variable, row).get(j)?,
+            Self::Of(variable, j) => *row.entries(variable).get(j)?,
             Self::Reservoirs => row.w.iter().sum(),
             Self::Supplied => row.s.iter().sum(),
             Self::Pumped => *row.pumped.first()?,
@@ -84,10 +84,10 @@ impl Observable {
     }
 
     /// The symbol.
-    pub(crate) fn symbol(self) -> String {
+    pub fn symbol(self) -> String {
         match self {
             Self::Time => "t".into(),
-            Self::Of(variable, j) => format!("{}{}", letter(variable), j + 1),
+            Self::Of(variable, j) => format!("{}{}", variable.letter(), j + 1),
             Self::Reservoirs => "Σ w".into(),
             Self::Supplied => "Σ s".into(),
             Self::Pumped => "s_t".into(),
@@ -95,34 +95,5 @@ impl Observable {
             Self::Total => "K".into(),
             Self::Drift => "K − K₀".into(),
         }
-    }
-
-    /// The label of an axis that shows `quantity`, which is of this kind.
-    pub(crate) fn label(self, quantity: &str, units: &UnitsTable) -> String {
-        match self {
-            Self::Time => units.time(quantity),
-            Self::Of(variable, _) => units.variable(variable, quantity),
-            _ => units.energy(quantity),
-        }
-    }
-}
-
-/// The letter of a variable.
-pub(crate) fn letter(variable: Variable) -> &'static str {
-    match variable {
-        Variable::Q => "q",
-        Variable::P => "p",
-        Variable::W => "w",
-        Variable::S => "s",
-    }
-}
-
-/// The entries of a variable in a state.
-pub(crate) fn entries(variable: Variable, row: &TrajectoryRow) -> &[f64] {
-    match variable {
-        Variable::Q => &row.q,
-        Variable::P => &row.p,
-        Variable::W => &row.w,
-        Variable::S => &row.s,
     }
 }

@@ -32,7 +32,7 @@ impl Progress for Silent {
 }
 
 /// The progress of one cell of a stage: tells beside its pieces what they cost.
-pub(crate) struct Weighted<'a> {
+pub struct Weighted<'a> {
     progress: &'a dyn Progress,
     /// The share of the cell in the cost of the stage, and that of one of its pieces.
     cell: f64,
@@ -41,7 +41,7 @@ pub(crate) struct Weighted<'a> {
 
 impl<'a> Weighted<'a> {
     /// A cell of so many pieces that takes this share of the cost of the stage.
-    pub(crate) fn new(progress: &'a dyn Progress, share: f64, pieces: usize) -> Self {
+    pub fn new(progress: &'a dyn Progress, share: f64, pieces: usize) -> Self {
         Self { progress, cell: share, weight: share / pieces.max(1) as f64 }
     }
 }

@@ -44,7 +44,7 @@ use serde::Serialize;
 
 /// The names of the three variables, in the order the studies keep. With N > 1 degrees of freedom
 /// the error of each is the largest of its N.
-pub(crate) const VARIABLES: [&str; 3] = ["q", "p", "w"];
+pub const VARIABLES: [&str; 3] = ["q", "p", "w"];
 
 /// The name of the column of s_t, the energy pumped by V(q, t).
 pub(crate) const PUMPED: &str = "st";

@@ -16,3 +16,15 @@ pub enum Variable {
     /// The energies supplied by a drive.
     S,
 }
+
+impl Variable {
+    /// The letter: q, p, w or s.
+    pub fn letter(self) -> &'static str {
+        match self {
+            Self::Q => "q",
+            Self::P => "p",
+            Self::W => "w",
+            Self::S => "s",
+        }
+    }
+}

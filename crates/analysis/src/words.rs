@@ -13,7 +13,7 @@ pub type Word = &'static str;
 static KNOWN: Mutex<Option<HashSet<Word>>> = Mutex::new(None);
 
 /// Reads a word. Each distinct word is kept once for the life of the program.
-pub(crate) fn word<'de, D: Deserializer<'de>>(source: D) -> Result<Word, D::Error> {
+pub fn word<'de, D: Deserializer<'de>>(source: D) -> Result<Word, D::Error> {
     let text = String::deserialize(source)?;
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = known.get_or_insert_default();

@@ -1,8 +1,8 @@
 //! The command line.
 
 use crate::exit_code;
-use afterbay_analysis::data::DataFormat;
-use afterbay_analysis::journal::Shard;
+use afterbay_experiments::data::DataFormat;
+use afterbay_experiments::journal::Shard;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;

@@ -1,10 +1,10 @@
 //! The failures of a command: a message for people and an exit code for scripts.
 
 use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
-use afterbay_analysis::ReportError;
-use afterbay_analysis::compare::CompareError;
-use afterbay_analysis::journal::JournalError;
-use afterbay_analysis::scene::SceneError;
+use afterbay_experiments::ReportError;
+use afterbay_experiments::compare::CompareError;
+use afterbay_experiments::journal::JournalError;
+use afterbay_experiments::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use serde::Serialize;
 use std::ops::Range;

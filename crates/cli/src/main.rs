@@ -18,7 +18,7 @@ mod scene;
 mod shard;
 mod table;
 
-use afterbay_analysis::experiment::Task;
+use afterbay_experiments::experiment::Task;
 use arguments::{Arguments, Command, Format};
 use clap::{CommandFactory, Parser};
 use failure::Failure;
@@ -45,7 +45,7 @@ fn main() -> ExitCode {
         Command::Cite { scene } => cite::run(&scene, format),
         Command::Compare(arguments) => compare::run(&arguments, format),
         Command::Schema => {
-            table::json(&afterbay_analysis::scene::schema()).map(|()| ExitCode::SUCCESS)
+            table::json(&afterbay_experiments::scene::schema()).map(|()| ExitCode::SUCCESS)
         }
         Command::Completions { shell } => {
             clap_complete::generate(

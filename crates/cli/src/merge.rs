@@ -4,9 +4,9 @@ use crate::arguments::Format;
 use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::{experiment, interrupt, shard};
-use afterbay_analysis::data::DataFormat;
-use afterbay_analysis::experiment::{Task, perform, plan};
-use afterbay_analysis::journal::Journal;
+use afterbay_experiments::data::DataFormat;
+use afterbay_experiments::experiment::{Task, perform, plan};
+use afterbay_experiments::journal::Journal;
 use std::path::Path;
 use std::process::ExitCode;
 

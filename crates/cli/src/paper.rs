@@ -5,10 +5,10 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{exit_code, interrupt, table};
-use afterbay_analysis::data::DataFormat;
-use afterbay_analysis::paper::{self, Extent};
-use afterbay_analysis::record;
-use afterbay_analysis::report::Verdict;
+use afterbay_experiments::data::DataFormat;
+use afterbay_experiments::paper::{self, Extent};
+use afterbay_experiments::record;
+use afterbay_experiments::report::Verdict;
 use std::path::Path;
 use std::process::ExitCode;
 

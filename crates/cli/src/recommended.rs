@@ -1,7 +1,7 @@
 //! The scene that runs a recommendation of `pick`.
 
-use afterbay_analysis::scene::Scene;
 use afterbay_analysis::study::pick::Trial;
+use afterbay_experiments::scene::Scene;
 use afterbay_methods::registry;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 

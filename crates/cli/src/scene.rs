@@ -1,7 +1,7 @@
 //! Scene files.
 
 use crate::failure::Failure;
-use afterbay_analysis::scene::{MOST_BYTES, Scene, text};
+use afterbay_experiments::scene::{MOST_BYTES, Scene, text};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;

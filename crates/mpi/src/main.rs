@@ -5,13 +5,13 @@
 //! own. At the end rank 0 joins all journals and writes the results. A rank that dies ends the job;
 //! `--resume` computes what is missing.
 
-use afterbay_analysis::ReportError;
-use afterbay_analysis::data::DataFormat;
-use afterbay_analysis::experiment::{Cells, Ledger, Task, perform};
-use afterbay_analysis::journal::{Journal, JournalError, Shard, Start};
+use afterbay_experiments::ReportError;
+use afterbay_experiments::data::DataFormat;
+use afterbay_experiments::experiment::{Cells, Ledger, Task, perform};
+use afterbay_experiments::journal::{Journal, JournalError, Shard, Start};
 use afterbay_analysis::progress::Progress;
-use afterbay_analysis::record::{StorageError, prepare};
-use afterbay_analysis::scene::{MOST_BYTES, Scene, text};
+use afterbay_experiments::record::{StorageError, prepare};
+use afterbay_experiments::scene::{MOST_BYTES, Scene, text};
 use clap::Parser;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Source};
 use signal_hook::consts::{SIGINT, SIGTERM};

@@ -145,6 +145,6 @@ pub(super) fn split<'a>(row: &SystemRow, values: &'a [f64]) -> (usize, &'a [f64]
 }
 
 /// Whether the equations of a system are linear, so that a step of a linear method is a matrix.
-pub(crate) fn is_linear(system: &Arc<dyn Abilities<f64>>) -> bool {
+pub fn is_linear(system: &Arc<dyn Abilities<f64>>) -> bool {
     system.clone().second_derivatives().is_some_and(|system| system.is_constant())
 }

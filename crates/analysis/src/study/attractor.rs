@@ -81,7 +81,7 @@ impl Attractor {
     }
 
     /// Whether both are of one kind and lie in one place.
-    pub(crate) fn is_like(&self, other: &Self) -> bool {
+    pub fn is_like(&self, other: &Self) -> bool {
         match (self.kind, other.kind) {
             (Kind::Period(a), Kind::Period(b)) => a == b && self.distance(other) <= ALIKE,
             // Two stretches of one chaotic attractor share no point: their extents are compared.
@@ -125,7 +125,7 @@ impl Kind {
 }
 
 /// The largest magnitude.
-pub(crate) fn largest(x: &[f64]) -> f64 {
+pub fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 

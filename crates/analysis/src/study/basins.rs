@@ -90,7 +90,7 @@ pub fn columns(model: &Model) -> Vec<String> {
 }
 
 /// The outcome of a run that reaches no attractor in time.
-pub(crate) const UNSETTLED: &str = "unsettled";
+pub const UNSETTLED: &str = "unsettled";
 
 /// The map of a method and a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -1,8 +1,8 @@
 //! Studies as lists of cells: pieces of work that share nothing. A cell has a key that is the same
 //! in every command, so that cells can be computed on several machines, kept, and joined.
 
-use crate::journal::Shelf;
 use crate::progress::Progress;
+use crate::rows::Shelf;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -116,7 +116,7 @@ pub(crate) fn compute_all<S: Study>(
 
 /// Maps cells in parallel, and those that are timed one after another behind the others. The
 /// results are in the order of the indices.
-pub(crate) fn map_cells<T: Send, E: Send>(
+pub fn map_cells<T: Send, E: Send>(
     cells: &[Cell],
     indices: &[usize],
     compute: impl Fn(usize) -> Result<T, E> + Sync,

@@ -23,7 +23,7 @@ pub struct CostRow {
 
 impl CostRow {
     /// Nanoseconds per degree of freedom and step.
-    pub(crate) fn nanoseconds(&self) -> f64 {
+    pub fn nanoseconds(&self) -> f64 {
         1e9 * self.seconds / (self.n as f64 * self.steps as f64)
     }
 }

@@ -24,9 +24,9 @@ pub enum Decay {
 }
 
 /// The largest relative error of a loss 1 - R that counts as right.
-pub(crate) const TOLERANCE: f64 = 0.1;
+pub const TOLERANCE: f64 = 0.1;
 /// The largest deviation of K that counts as kept, relative to the energy at the start.
-pub(crate) const KEPT: f64 = 1e-12;
+pub const KEPT: f64 = 1e-12;
 
 impl Decay {
     /// Judges a run of at least two steps with every step recorded. `exact` is the exact ratio R of

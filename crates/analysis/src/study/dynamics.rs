@@ -58,7 +58,7 @@ impl<S> DynamicsPlan<S> {
 
 impl<S: Dynamics> DynamicsPlan<S> {
     /// The result of each method with each step, from the results of all cells.
-    pub(crate) fn gather(&self, parts: Vec<S::Piece>) -> Vec<S::Found> {
+    pub fn gather(&self, parts: Vec<S::Piece>) -> Vec<S::Found> {
         let (mut parts, pieces) = (parts.into_iter(), self.study.pieces().len());
         let join = |(row, h)| self.study.join(row, h, parts.by_ref().take(pieces).collect());
         self.settings().map(join).collect()

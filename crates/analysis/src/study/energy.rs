@@ -48,12 +48,12 @@ pub struct EnergyRow {
 
 impl EnergyRow {
     /// |w_error| with its doubt.
-    pub(crate) fn measured_w(&self) -> Measured {
+    pub fn measured_w(&self) -> Measured {
         Measured { error: self.w_error.abs(), doubt: self.doubt_w }
     }
 
     /// |d_R| with its doubt.
-    pub(crate) fn measured_ratio(&self) -> Option<Measured> {
+    pub fn measured_ratio(&self) -> Option<Measured> {
         let (error, doubt) = self.ratio_error.zip(self.doubt_ratio)?;
         Some(Measured { error: error.abs(), doubt })
     }

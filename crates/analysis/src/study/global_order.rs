@@ -36,7 +36,7 @@ pub struct GlobalRow {
 
 impl GlobalRow {
     /// The rows of a method and a variable.
-    pub(crate) fn of<'a>(
+    pub fn of<'a>(
         rows: &'a [Self],
         method: &str,
         variable: &str,

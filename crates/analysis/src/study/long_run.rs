@@ -12,8 +12,8 @@ pub use followed::{Followed, Window};
 use super::Problem;
 use super::cell::{Cell, Leg, Study, compute_all};
 use super::outcome::{COMPLETED, Ending};
-use crate::journal::Shelf;
 use crate::progress::Progress;
+use crate::rows::Shelf;
 use crate::statistics::{Fit, fit};
 use afterbay_core::IntegrateError;
 use afterbay_methods::registry::Row;
@@ -249,9 +249,10 @@ fn gathered(setup: Setup, ends: &[u64], of: &[(Vec<Window>, Ending)]) -> LongRun
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Model;
     use crate::progress::Silent;
-    use crate::scene::Scene;
     use afterbay_methods::registry::FIXED;
+    use afterbay_systems::DUFFING;
 
     const STEPS: u64 = 100_000;
 
@@ -311,18 +312,9 @@ mod tests {
 
     #[test]
     fn legs_go_on_from_what_was_kept_to_the_bit() {
-        let text = r#"
-            [system]
-            name = "duffing"
-            parameters = { alpha = 1.0, beta = 1.0, c = 1e-7 }
-            [initial]
-            q = [1.0]
-            p = [0.5]
-            [time]
-            end = 1.0
-            step = 0.1
-        "#;
-        let start = Scene::read(text).expect("a scene").problem;
+        let duffing = [("alpha", 1.0), ("beta", 1.0), ("c", 1e-7)];
+        let model = Model::named(&DUFFING, duffing).expect("a system");
+        let start = Problem { model, q: vec![1.0], p: vec![0.5], end: 1.0 };
         let row = afterbay_methods::registry::find("moddg").expect("a method");
         // In lanes the last window takes two legs; a single run goes on alone.
         for (count, steps) in [(8, 5_600_000), (1, 20_000)] {

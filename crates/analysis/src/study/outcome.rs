@@ -1,6 +1,5 @@
 //! The ending of a run: one word for tables, and a sentence.
 
-use crate::record::RunOutcome;
 use crate::words::{Word, word as read_word};
 use afterbay_core::{IntegrateError, StepFailure};
 use serde::{Deserialize, Serialize};
@@ -45,25 +44,6 @@ impl Ending {
     /// The ending in words.
     pub fn describe(&self) -> String {
         self.failure.clone().unwrap_or_else(|| self.outcome.into())
-    }
-
-    /// The ending as an entry of the manifest.
-    pub fn record(
-        &self,
-        study: &'static str,
-        system: &'static str,
-        method: &'static str,
-        h: f64,
-    ) -> RunOutcome {
-        let Self { outcome, failure } = self;
-        RunOutcome {
-            study,
-            system,
-            method,
-            h,
-            outcome: (*outcome).into(),
-            failure: failure.clone(),
-        }
     }
 }
 

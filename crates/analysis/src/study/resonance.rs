@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
 /// The word of a motion that does not repeat over the measured periods.
-pub(crate) const UNSTEADY: &str = "unsteady";
+pub const UNSTEADY: &str = "unsteady";
 /// The largest change of the state over the measured periods of a steady motion, relative to its
 /// size.
 const STEADY: f64 = 1e-6;

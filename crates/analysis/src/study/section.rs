@@ -48,7 +48,7 @@ pub enum Direction {
 
 impl Direction {
     /// The direction of the event that locates the crossing.
-    pub(crate) fn of_core(self) -> afterbay_core::Direction {
+    pub fn of_core(self) -> afterbay_core::Direction {
         match self {
             Self::Rising => afterbay_core::Direction::Rising,
             Self::Falling => afterbay_core::Direction::Falling,
@@ -99,7 +99,7 @@ impl Section {
                     Direction::Falling => "falls through",
                     Direction::Both => "crosses",
                 };
-                let letter = crate::observable::letter(*variable);
+                let letter = variable.letter();
                 format!("wherever {letter}{} {how} {value}", dof + 1)
             }
         }

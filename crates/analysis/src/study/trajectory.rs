@@ -1,10 +1,8 @@
 //! Trajectories.
 
-mod kept;
 mod legs;
 mod samples;
 
-pub(crate) use kept::{Kept, Tally, stride, thinned};
 pub use legs::{Keep, Legs};
 pub(super) use legs::{KeptState, of_run};
 pub use samples::dense;
@@ -12,9 +10,9 @@ pub use samples::dense;
 use super::events::Steps;
 use super::outcome::Ending;
 use super::{PUMPED, Problem, numbered};
-use crate::Model;
 use crate::progress::Progress;
 use crate::words::{Word, word as read_word};
+use crate::{Model, Variable};
 use afterbay_core::{Abilities, Accounts, IntegrateError, StateRef, accounts};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
@@ -73,8 +71,19 @@ impl TrajectoryRow {
         }
     }
 
-    /// Reads a row of the table, to the bit.
-    fn read(method: &'static str, line: &str, model: &Model) -> Option<Self> {
+    /// The entries of a variable.
+    pub fn entries(&self, variable: Variable) -> &[f64] {
+        match variable {
+            Variable::Q => &self.q,
+            Variable::P => &self.p,
+            Variable::W => &self.w,
+            Variable::S => &self.s,
+        }
+    }
+
+    /// Reads a line of the table, to the bit; `None` for one that does not have the columns of the
+    /// model.
+    pub fn read(method: &'static str, line: &str, model: &Model) -> Option<Self> {
         let mut cells = line.trim_end().split(',').skip(1);
         let step = cells.next()?.parse().ok()?;
         let numbers: Vec<f64> = cells.map(|cell| cell.parse().ok()).collect::<Option<_>>()?;

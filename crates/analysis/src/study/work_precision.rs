@@ -5,7 +5,6 @@ use super::cell::{Cell, Study, compute_all};
 use super::outcome::{COMPLETED, Ending};
 use super::passivity::Passivity;
 use crate::progress::Progress;
-use crate::record::RunOutcome;
 use crate::words::{Word, word};
 use crate::{Measured, Solution};
 use afterbay_core::{
@@ -76,10 +75,9 @@ impl WorkRow {
         }
     }
 
-    /// The ending as an entry of the manifest.
-    pub fn record(&self, system: &'static str) -> RunOutcome {
-        let ending = Ending { outcome: self.outcome, failure: self.failure.clone() };
-        ending.record("work-precision", system, self.method, self.h)
+    /// The ending of the run.
+    pub fn ending(&self) -> Ending {
+        Ending { outcome: self.outcome, failure: self.failure.clone() }
     }
 }
 

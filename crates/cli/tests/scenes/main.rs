@@ -1,7 +1,7 @@
 //! Scenes on the command line: refused, ready to run, the same for any number of threads, and
 //! interrupted.
 
-#[path = "../../../analysis/tests/scenes/bad/mod.rs"]
+#[path = "../../../experiments/tests/scenes/bad/mod.rs"]
 mod bad;
 mod formats;
 mod help;

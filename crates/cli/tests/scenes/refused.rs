@@ -1,7 +1,7 @@
 //! Refusals and their exit codes.
 
 use super::{afterbay, bad, done, folder, squeezed};
-use afterbay_analysis::scene::Scene;
+use afterbay_experiments::scene::Scene;
 use std::path::Path;
 
 /// A folder that contains a file.

@@ -56,7 +56,7 @@ impl Function {
     }
 
     /// The expression, compiled with the parameters of a model.
-    pub(crate) fn compiled(
+    pub fn compiled(
         &self,
         model: &Model,
     ) -> Option<Result<CustomFunction, afterbay_systems::CustomError>> {

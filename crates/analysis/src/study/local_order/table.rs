@@ -37,7 +37,7 @@ pub struct OrderRow {
 
 impl OrderRow {
     /// The row of a method, a variable and a statistic.
-    pub(crate) fn find<'a>(
+    pub fn find<'a>(
         rows: &'a [Self],
         method: &str,
         variable: &str,

@@ -228,39 +228,33 @@ struct LegSteps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Model;
     use crate::progress::Silent;
-    use crate::scene::Scene;
     use crate::study::trajectory::{Trajectory, run};
+    use afterbay_methods::registry::find;
+    use afterbay_systems::{CustomDrive, DUFFING, DriveDescription};
+
+    const STEP: f64 = 0.01;
 
     /// A driven oscillator whose runs take three legs, the last of them short.
-    fn scene() -> Scene {
-        let text = r#"
-            [system]
-            name = "duffing"
-            parameters = { alpha = 1.0, beta = 0.5, c = 0.1 }
-            [drive]
-            force = "0.3*cos(1.2*t)"
-            [initial]
-            q = [1.0]
-            p = [0.0]
-            [time]
-            end = 22000.0
-            step = 0.01
-            [run]
-            methods = ["moddg", "adaptive-dop853"]
-            tolerance = 1e-6
-        "#;
-        Scene::read(text).expect("a scene")
+    fn problem() -> Problem {
+        let forces = vec!["0.3*cos(1.2*t)".to_owned()];
+        let description = DriveDescription { forces, ..DriveDescription::default() };
+        let (drive, _) = CustomDrive::new(&description, 1).expect("a drive");
+        let duffing = [("alpha", 1.0), ("beta", 0.5), ("c", 0.1)];
+        let model = Model::named(&DUFFING, duffing).expect("a system");
+        let model = Model::Driven(Box::new(model), drive);
+        Problem { model, q: vec![1.0], p: vec![0.0], end: 22_000.0 }
     }
 
     #[test]
     fn legs_go_on_from_what_was_kept_to_the_bit() {
-        let scene = scene();
-        let plan = scene.run.as_ref().expect("runs");
-        let steps = Steps { h: scene.step, every: 7001, tolerance: 1e-6 };
-        for row in plan.methods.iter().chain(&plan.adaptive) {
+        let problem = problem();
+        let steps = Steps { h: STEP, every: 7001, tolerance: 1e-6 };
+        for name in ["moddg", "adaptive-dop853"] {
+            let row = find(name).expect("a method");
             let run = |kept: bool| {
-                let (legs, mut count) = (Legs::new(&scene.problem, row).expect("a start"), 0);
+                let (legs, mut count) = (Legs::new(&problem, row).expect("a start"), 0);
                 let run = Trajectory::of_legs(legs, |legs, keep| {
                     count += 1;
                     if kept {
@@ -268,7 +262,7 @@ mod tests {
                         ciborium::into_writer(&*legs, &mut bytes).expect("bytes");
                         *legs = ciborium::from_reader(&bytes[..]).expect("the same legs");
                     }
-                    legs.advance(&scene.problem, row, steps, keep, &Silent)
+                    legs.advance(&problem, row, steps, keep, &Silent)
                 });
                 assert_eq!(count, 5, "the motor of the drive is a second degree of freedom");
                 run.expect("a run")
@@ -289,10 +283,10 @@ mod tests {
 
     #[test]
     fn w_does_not_depend_on_the_states_that_are_kept() {
-        let scene = scene();
-        let row = afterbay_methods::registry::find("moddg").expect("a method");
+        let problem = problem();
+        let row = find("moddg").expect("a method");
         let end = |every| {
-            let runs = run(&scene.problem, &[row], scene.step, every, &Silent).expect("runs");
+            let runs = run(&problem, &[row], STEP, every, &Silent).expect("runs");
             format!("{:?}", runs[0].rows.last())
         };
         assert_eq!(end(7001), end(100_000));
@@ -300,24 +294,10 @@ mod tests {
 
     #[test]
     fn a_run_that_fails_in_a_later_leg_names_its_step() {
-        let text = r#"
-            [system]
-            name = "custom"
-            potential = "-0.5*k*q1^2"
-            dissipation = ["0"]
-            parameters = { k = 1e-7 }
-            [initial]
-            q = [1.0]
-            p = [0.0]
-            [time]
-            end = 2e7
-            step = 1.0
-            [run]
-            methods = ["rk4"]
-        "#;
-        let scene = Scene::read(text).expect("a scene");
-        let row = afterbay_methods::registry::find("rk4").expect("a method");
-        let found = run(&scene.problem, &[row], 1.0, 1000, &Silent).expect("a run");
+        let model = Model::named(&DUFFING, [("alpha", -1e-7)]).expect("a system");
+        let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 2e7 };
+        let row = find("rk4").expect("a method");
+        let found = run(&problem, &[row], 1.0, 1000, &Silent).expect("a run");
         let [run] = &found[..] else { panic!("one run") };
         assert_eq!(run.ending.outcome, "not-finite", "{:?}", run.ending);
         let last = run.rows.last().expect("rows").step;

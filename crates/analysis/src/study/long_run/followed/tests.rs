@@ -1,10 +1,11 @@
 //! Legs of a cell that are stopped halfway.
 
 use super::*;
+use crate::Model;
 use crate::progress::Silent;
-use crate::scene::Scene;
 use crate::study::cell::{Leg, Study};
 use crate::study::long_run::LongRuns;
+use afterbay_systems::DUFFING;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Asks to stop after it was asked so many times.
@@ -42,19 +43,8 @@ fn follow(
 /// Of two starts in a well without walls, one is on its way out and fails in the third window.
 #[test]
 fn a_leg_that_is_stopped_halfway_counts_each_state_once() {
-    let text = r#"
-        [system]
-        name = "custom"
-        potential = "0.5*q1^2 - 0.25*q1^4"
-        dissipation = ["0"]
-        [initial]
-        q = [0.5]
-        p = [0.0]
-        [time]
-        end = 1.0
-        step = 0.1
-    "#;
-    let inside = Scene::read(text).expect("a scene").problem;
+    let model = Model::named(&DUFFING, [("alpha", 1.0), ("beta", -1.0)]).expect("a system");
+    let inside = Problem { model, q: vec![0.5], p: vec![0.0], end: 1.0 };
     let outside = Problem { q: vec![1.0 + 1e-12], ..inside.clone() };
     let row = afterbay_methods::registry::find("rk4").expect("a method");
     let setup = Setup { row, h: 0.1, compensated: false };

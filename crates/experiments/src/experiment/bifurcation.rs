@@ -1,0 +1,175 @@
+//! Bifurcation diagrams: the points of each method beside those of the reference.
+
+use super::declared::{Boxed, section};
+use super::reference::{EXACT, States, label, of_reference, show_states};
+use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said, note};
+use crate::findings::all_zero;
+use crate::record::RunOutcome;
+use crate::scene::Scene;
+use crate::sheet::{ReportError, Sheet, spaced};
+use afterbay_analysis::Model;
+use afterbay_analysis::Variable;
+use afterbay_analysis::study::Problem;
+use afterbay_analysis::study::attractor::{Attractor, Kind, largest};
+use afterbay_analysis::study::bifurcation::{self, Bifurcation, Column, Diagram};
+use afterbay_analysis::study::dynamics::DynamicsPlan;
+use afterbay_analysis::study::outcome::Ending;
+
+/// The table from which the charts are made.
+const DATA: &str = "bifurcation";
+/// The most changes of the period that a sentence names.
+const MOST_NAMED: usize = 6;
+
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Bifurcation>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<Bifurcation>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["bifurcation", "bifurcation diagram"], plan.clone(), made)
+}
+
+fn sheet(
+    scene: &Scene,
+    plan: &DynamicsPlan<Bifurcation>,
+    found: Vec<Diagram>,
+) -> Result<Sheet, ReportError> {
+    let (mut sheet, study) = (Sheet::new("Bifurcation diagram"), &plan.study);
+    let model = &scene.problem.model;
+    let rows: Vec<_> =
+        found.iter().flat_map(|diagram| diagram.rows(&study.parameter, model.degrees())).collect();
+    sheet.wide_data(DATA, &bifurcation::columns(model), &rows)?;
+    sheet.runs.extend(found.iter().map(|diagram| {
+        let worst = diagram.columns.iter().find(|column| !column.ending.is_completed());
+        let ending = worst.or(diagram.columns.first()).map(|column| column.ending.clone());
+        let ending = ending.unwrap_or_else(Ending::interrupted);
+        RunOutcome::of(&ending, "bifurcation", model.name(), diagram.row.name, diagram.h)
+    }));
+    sheet.text(prose(plan, model));
+    sheet.find("Bifurcation diagram", readings(study, &found), what_is_seen);
+    let states = |diagram: &Diagram| States {
+        row: diagram.row,
+        label: label(diagram.row, diagram.h),
+        points: points(diagram),
+    };
+    let states: Vec<_> = found.iter().map(states).collect();
+    show_states(&mut sheet, DATA, &states, |label, curves| {
+        let title = format!("States against {}: {label}", study.parameter);
+        let x = spaced(&study.parameter, study.spacing);
+        let y = Axis::linear(scene.units.variable(Variable::Q, "q1"));
+        LineChart::new(title, x, y, curves)
+    });
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
+    let study = &plan.study;
+    let begin = if study.follow {
+        "Each run begins where that of the value before ended, once upwards and once downwards."
+    } else {
+        "Each run begins at the initial state."
+    };
+    format!(
+        "States {}, {} of each run after {} that are not shown, for {} values of {}. {begin} Two \
+         attractors count as the same if both have one period and lie within 5 % of their size, or \
+         if neither has a period and their extents agree.{}",
+        study.section.describe(model),
+        study.points,
+        study.transient,
+        study.values.len(),
+        study.parameter,
+        of_reference(plan.reference),
+    )
+}
+
+fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
+    let exact =
+        found.iter().find(|diagram| diagram.row.name == EXACT).map(|diagram| kinds(study, diagram));
+    let mut readings = Readings::default();
+    for diagram in found {
+        let (label, own) = (label(diagram.row, diagram.h), kinds(study, diagram));
+        let failed = diagram.columns.iter().filter(|column| !column.ending.is_completed());
+        readings.add(&label, "values", diagram.columns.len());
+        readings.add(&label, "failed runs", failed.count());
+        readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
+        if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
+            let pairs = || own.iter().zip(exact);
+            let same = |(own, exact): (&Option<Attractor>, &Option<Attractor>)| {
+                own.as_ref().zip(exact.as_ref()).is_some_and(|(own, exact)| exact.is_like(own))
+            };
+            let known = exact.iter().flatten().count();
+            if known > 0 {
+                let alike = pairs().filter(|&pair| same(pair)).count();
+                readings.add(&label, "compared", known);
+                readings.add(&label, "as the reference", alike);
+            }
+            let first = pairs().position(|pair| pair.1.is_some() && !same(pair));
+            let first = first.and_then(|i| diagram.columns.get(i)).map(|column| column.value);
+            readings.add(&label, "first other value", first);
+        }
+    }
+    readings
+}
+
+fn points(diagram: &Diagram) -> Vec<(f64, f64)> {
+    let of = |column: &Column| {
+        let value = column.value;
+        column.points.iter().map(move |[q, _]| (value, q[0])).collect::<Vec<_>>()
+    };
+    diagram.columns.iter().flat_map(of).collect()
+}
+
+/// The attractor of each value, if its run got far enough.
+fn kinds(study: &Bifurcation, diagram: &Diagram) -> Vec<Option<Attractor>> {
+    let Problem { model, q, p, .. } = &study.problem;
+    let (periods, start_size) = (model.periods(), largest(q).max(largest(p)));
+    let of = |column: &Column| {
+        let points = column.points.iter().map(|point| point.concat()).collect();
+        let attractor = Attractor::of(points, &periods, start_size);
+        attractor.filter(|_| column.ending.is_completed())
+    };
+    diagram.columns.iter().map(of).collect()
+}
+
+/// The values at which the period changes, in words.
+fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> String {
+    let kind = |i: usize| kinds[i].as_ref().map(|found| found.kind);
+    let word = |kind: Option<Kind>| match kind {
+        Some(Kind::Period(period)) => period.to_string(),
+        Some(Kind::Aperiodic) => "none".into(),
+        None => "failed".into(),
+    };
+    let all: Vec<String> = (1..kinds.len())
+        .filter(|&i| kind(i) != kind(i - 1) && diagram.columns[i].way == diagram.columns[i - 1].way)
+        .map(|i| {
+            let value = diagram.columns[i].value;
+            format!("{} to {} at {parameter} = {value:.4}", word(kind(i - 1)), word(kind(i)))
+        })
+        .collect();
+    match all.len() {
+        0 => format!("{} throughout", word(kinds.first().and_then(|_| kind(0)))),
+        count if count > MOST_NAMED => {
+            format!("{}, and {} more changes", all[..MOST_NAMED].join(", "), count - MOST_NAMED)
+        }
+        _ => all.join(", "),
+    }
+}
+
+fn what_is_seen(r: &Readings) -> Said {
+    let one = |label: &str| {
+        let failed = r.number(label, "failed runs");
+        let alike = r.number(label, "as the reference");
+        let beside = if alike.is_nan() {
+            format!("period {}", r.word(label, "changes"))
+        } else if alike == r.number(label, "compared") {
+            format!("the attractor of the reference at all {alike} values")
+        } else {
+            let all = r.number(label, "compared");
+            let first = r.number(label, "first other value");
+            format!(
+                "the attractor of the reference at {alike} of {all} values, another first at \
+                 {first:.4}"
+            )
+        };
+        let end = if failed == 0.0 { String::new() } else { format!(" ({failed} runs fail)") };
+        format!("{label}: {beside}{end}")
+    };
+    (note(all_zero(r, "failed runs")), r.each("values", one))
+}

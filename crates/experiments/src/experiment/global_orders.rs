@@ -1,0 +1,148 @@
+//! Global errors and their orders.
+
+use super::declared::{Boxed, section};
+use super::local_orders::orders_of_three;
+use super::names;
+use crate::chart::{Axis, LineChart, Style};
+use crate::claim::{Readings, Said, list};
+use crate::record::RunOutcome;
+use crate::report::Verdict;
+use crate::scene::{Scene, StepsPlan};
+use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors};
+use afterbay_analysis::study::VARIABLES;
+use afterbay_analysis::study::global_order::{GlobalOrder, GlobalRow};
+use afterbay_analysis::study::outcome::Ending;
+use afterbay_methods::registry::{EXACT, Row};
+
+/// The table from which the charts are made.
+const DATA: &str = "global_orders";
+/// The least error from which an order is taken, well above rounding.
+const ABOVE_ROUNDING: f64 = 1e-11;
+/// An order found this far below the claimed one is not that of the method. A choice.
+const FAR_BELOW: f64 = 0.7;
+
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a StepsPlan) -> Boxed<'a> {
+    let mut steps = plan.steps.clone();
+    steps.sort_by(|a, b| b.total_cmp(a));
+    let study = GlobalOrder { problem: &scene.problem, methods: &plan.methods, steps };
+    let made = |study: &GlobalOrder<'_>, found| sheet(scene, plan, &study.rows(found));
+    section(["global-order", "global errors"], study, made)
+}
+
+fn sheet(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow]) -> Result<Sheet, ReportError> {
+    let (mut sheet, problem) = (Sheet::new("Global errors and orders"), &scene.problem);
+    sheet.data(DATA, found)?;
+    // Each run has three rows, one per variable.
+    let runs = found.iter().filter(|row| row.variable == VARIABLES[0]);
+    sheet.runs.extend(runs.map(|row| {
+        let ending = Ending { outcome: row.outcome, failure: row.failure.clone() };
+        RunOutcome::of(&ending, "global-order", problem.model.name(), row.method, row.h)
+    }));
+    sheet.text(format!(
+        "The largest error of each variable over [0, {}] and over the degrees of freedom. The \
+         order is computed from the two finest steps whose errors exceed {ABOVE_ROUNDING:e} and \
+         are at least ten times the doubt of the reference.",
+        problem.end
+    ));
+    sheet.doubt("Global errors", found.iter().filter_map(GlobalRow::measured));
+    let readings = plan.methods.iter().fold(Readings::default(), |r, row| {
+        let orders = VARIABLES.map(|variable| order(found, row.name, variable));
+        let r = VARIABLES.iter().zip(orders).fold(r, |r, (of, order)| r.and(row.name, of, order));
+        match row.order() {
+            EXACT => r,
+            _ if orders.iter().all(Option::is_none) => r,
+            claimed => r.and(row.name, "claimed", f64::from(claimed)),
+        }
+    });
+    sheet.find("Global orders of q / p / w", readings, global);
+    sheet.table(&HEADER, plan.methods.iter().map(|row| cells(found, row)).collect());
+    let figures = VARIABLES.map(|variable| {
+        let caption = format!("Global error of {variable} against the step.");
+        let chart = chart(scene, plan, found, variable);
+        sheet.figure(&format!("global-error-{variable}"), chart.draw(), caption, DATA)
+    });
+    sheet.show_pairs(figures);
+    Ok(sheet)
+}
+
+/// The order of a variable at the finest step whose error is above rounding.
+fn order(found: &[GlobalRow], method: &str, variable: &str) -> Option<f64> {
+    let above = |row: &&GlobalRow| row.error.is_some_and(|error| error > ABOVE_ROUNDING);
+    GlobalRow::of(found, method, variable).filter(above).filter_map(|row| row.order).next_back()
+}
+
+const HEADER: [&str; 8] =
+    ["method", "order", "found in q", "p", "w", "error of q at the finest step", "of p", "of w"];
+
+fn cells(found: &[GlobalRow], row: &Row) -> Vec<String> {
+    let claimed = row.order();
+    let claimed = if claimed == EXACT { "exact".into() } else { claimed.to_string() };
+    let finest =
+        |variable| GlobalRow::of(found, row.name, variable).filter_map(GlobalRow::measured);
+    let mut cells = vec![row.name.into(), claimed];
+    cells.extend(VARIABLES.map(|variable| decimal(order(found, row.name, variable))));
+    cells.extend(VARIABLES.map(|variable| measured(finest(variable).next_back())));
+    cells
+}
+
+/// The global error of a variable against the step.
+fn chart(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow], variable: &str) -> LineChart {
+    let curve = |method: &&str| {
+        let rows = GlobalRow::of(found, method, variable);
+        let errors = rows.filter_map(|row| Some((row.h, row.measured()?)));
+        of_errors(method, Style::LineMarkers, errors)
+    };
+    LineChart {
+        title: format!("Global error of {variable}"),
+        x: Axis::log(scene.units.time("step h")),
+        y: Axis::log(format!("largest error of {variable} on [0, {}]", scene.problem.end)),
+        curves: names(&plan.methods).iter().map(curve).collect(),
+        guides: slopes(plan.methods.iter().map(|row| row.order())),
+    }
+}
+
+/// The slopes of guides for methods of these orders.
+pub(super) fn slopes(orders: impl Iterator<Item = u32>) -> Vec<f64> {
+    let mut orders: Vec<u32> = orders.filter(|&order| order != EXACT).collect();
+    orders.sort_unstable();
+    orders.dedup();
+    orders.into_iter().map(f64::from).collect()
+}
+
+fn global(r: &Readings) -> Said {
+    let mut statement = orders_of_three(r, 2, "–");
+    let falls_short = |name: &str, claimed: f64| {
+        VARIABLES.iter().any(|variable| r.number(name, variable) < claimed - FAR_BELOW)
+    };
+    let short: Vec<String> = r
+        .numbers("claimed")
+        .into_iter()
+        .filter(|&(name, claimed)| falls_short(name, claimed))
+        .map(|(name, _)| name.to_owned())
+        .collect();
+    if !short.is_empty() {
+        statement += &format!(
+            " The errors of {} do not fall at their order: these steps are too long for it, the \
+             motion is too sensitive, or it has kinks.",
+            list(short)
+        );
+    }
+    (Verdict::Note, statement)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_that_do_not_fall_at_their_order_are_named() {
+        let of = |r: Readings, name: &str, orders: [f64; 3]| {
+            let found = VARIABLES.iter().zip(orders);
+            found.fold(r, |r, (of, order)| r.and(name, of, order)).and(name, "claimed", 4.0)
+        };
+        let right = of(Readings::default(), "rk4", [4.02, 3.97, 3.6]);
+        assert_eq!(global(&right).1, "rk4 4.02 / 3.97 / 3.60.");
+        let (_, said) = global(&of(right, "collocation-4", [4.0, -0.2, 4.0]));
+        assert!(said.contains(" The errors of collocation-4 do not fall at their order"), "{said}");
+    }
+}

@@ -1,0 +1,180 @@
+//! Limit cycles of each method beside those of the reference, and their branches.
+
+use super::declared::{Boxed, section};
+use super::reference::{EXACT, label, of_reference};
+use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said, fixed, list, note, sci};
+use crate::findings::all_completed;
+use crate::record::RunOutcome;
+use crate::scene::Scene;
+use crate::sheet::{ReportError, Sheet, decimal, line, scientific};
+use afterbay_analysis::Variable;
+use afterbay_analysis::study::dynamics::DynamicsPlan;
+use afterbay_analysis::study::limit_cycle::{self, Cycle, Cycles, Event, LimitCycle};
+use afterbay_analysis::study::outcome::COMPLETED;
+
+/// The table from which the chart is made.
+const DATA: &str = "limit_cycle";
+/// The most bifurcations that a sentence names.
+const MOST_NAMED: usize = 6;
+
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<LimitCycle>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<LimitCycle>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["limit-cycle", "limit cycle"], plan.clone(), made)
+}
+
+fn sheet(
+    scene: &Scene,
+    plan: &DynamicsPlan<LimitCycle>,
+    found: Vec<Cycles>,
+) -> Result<Sheet, ReportError> {
+    let (mut sheet, model) = (Sheet::new("Limit cycle"), &scene.problem.model);
+    let parameter = plan.study.branch.as_ref().map(|branch| branch.parameter.as_str());
+    let rows: Vec<_> =
+        found.iter().flat_map(|cycles| cycles.rows(parameter, model.degrees())).collect();
+    sheet.wide_data(DATA, &limit_cycle::columns(model), &rows)?;
+    sheet.runs.extend(found.iter().map(|cycles| {
+        RunOutcome::of(&cycles.ending, "limit-cycle", model.name(), cycles.row.name, cycles.h)
+    }));
+    sheet.text(prose(plan, parameter));
+    let readings = readings(parameter, &found);
+    sheet.table(&HEADER, found.iter().map(|cycles| cells(cycles, &readings)).collect());
+    sheet.find("Limit cycle", readings, what_is_seen);
+    if let Some(parameter) = parameter {
+        let curve = |cycles: &Cycles| line(&label(cycles.row, cycles.h), points(cycles));
+        let title = format!("Amplitude against {parameter}");
+        let y = Axis::linear(scene.units.variable(Variable::Q, "amplitude of q1"));
+        let curves = found.iter().map(curve).collect();
+        let chart = LineChart::new(title, Axis::linear(parameter), y, curves);
+        sheet.show("limit-cycle", &chart, "Stable and unstable cycles.", DATA);
+    }
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>) -> String {
+    let along = parameter.map_or(String::new(), |name| {
+        format!(" The branch is followed in {name}; a value may occur more than once.")
+    });
+    format!(
+        "The cycle of each method near its state at t = {}: n steps that lead back to their start, \
+         found by Newton's method. The amplitude is max |q1|, at steps and between them; of an \
+         angle that turns, half the range of q1 less its uniform rotation. The multipliers are \
+         those by which small displacements grow over a period; the cycle is stable if all are \
+         less than 1, but for the one along a cycle without a drive.{along}{}",
+        plan.study.transient,
+        of_reference(plan.reference),
+    )
+}
+
+fn readings(parameter: Option<&str>, found: &[Cycles]) -> Readings {
+    let mut readings = Readings::default();
+    let exact = found.iter().find(|cycles| cycles.row.name == EXACT).and_then(first);
+    for cycles in found {
+        let (label, cycle) = (label(cycles.row, cycles.h), first(cycles));
+        readings.add(&label, "run", cycles.ending.outcome);
+        readings.add(&label, "period", cycle.map(|cycle| cycle.period));
+        readings.add(&label, "amplitude", cycle.map(|cycle| cycle.amplitude[0]));
+        readings.add(&label, "multiplier", cycle.and_then(largest));
+        if let Some((cycle, exact)) = cycle.zip(exact).filter(|_| cycles.row.name != EXACT) {
+            let off = |own: f64, exact: f64| (own - exact).abs() / exact;
+            readings.add(&label, "period off", off(cycle.period, exact.period));
+            let off = off(cycle.amplitude[0], exact.amplitude[0]);
+            readings.add(&label, "amplitude off", off);
+        }
+        if let Some(parameter) = parameter {
+            readings.add(&label, "bifurcations", bifurcations(cycles, parameter));
+        }
+    }
+    readings
+}
+
+const HEADER: [&str; 7] = [
+    "method and step",
+    "run",
+    "period",
+    "amplitude of q1",
+    "largest multiplier",
+    "relative error of the period",
+    "of the amplitude",
+];
+
+fn cells(cycles: &Cycles, readings: &Readings) -> Vec<String> {
+    let (label, cycle) = (label(cycles.row, cycles.h), first(cycles));
+    let number = |what: &str| scientific(readings.known(&label, what));
+    vec![
+        label.clone(),
+        cycles.ending.describe(),
+        decimal(cycle.map(|cycle| cycle.period)),
+        decimal(cycle.map(|cycle| cycle.amplitude[0])),
+        number("multiplier"),
+        number("period off"),
+        number("amplitude off"),
+    ]
+}
+
+fn first(cycles: &Cycles) -> Option<&Cycle> {
+    cycles.points.first().map(|point| &point.cycle)
+}
+
+fn points(cycles: &Cycles) -> Vec<(f64, f64)> {
+    let place = |cycle: &Cycle| Some((cycle.value?, cycle.amplitude[0]));
+    cycles.points.iter().filter_map(|point| place(&point.cycle)).collect()
+}
+
+/// The largest |μ| of a nontrivial multiplier.
+fn largest(cycle: &Cycle) -> Option<f64> {
+    cycle.nontrivial().iter().map(|[re, im]| re.hypot(*im)).reduce(f64::max)
+}
+
+/// The bifurcations of a branch, in words.
+fn bifurcations(cycles: &Cycles, parameter: &str) -> String {
+    let all: Vec<String> = cycles
+        .points
+        .iter()
+        .filter_map(|point| Some((point.event?, point.cycle.value?)))
+        .map(|(event, value)| {
+            let name = match event {
+                Event::Fold => "fold",
+                Event::Branching => "branching",
+                Event::PeriodDoubling => "period doubling",
+                Event::NeimarkSacker => "torus",
+            };
+            format!("{name} at {parameter} = {value:.6}")
+        })
+        .collect();
+    let more = all.len().saturating_sub(MOST_NAMED);
+    let named = list(all.into_iter().take(MOST_NAMED));
+    if more > 0 { format!("{named}, and {more} more") } else { named }
+}
+
+fn what_is_seen(r: &Readings) -> Said {
+    let one = |label: &str| {
+        let number = |what: &str| r.number(label, what);
+        if number("period").is_nan() {
+            return format!("{label}: no cycle ({})", r.word(label, "run"));
+        }
+        let stable = if number("multiplier") < 1.0 { "stable" } else { "unstable" };
+        let off = match number("period off") {
+            off if off.is_nan() => String::new(),
+            off => {
+                let amplitude = sci(number("amplitude off"));
+                format!(", off by {} of the period and {amplitude} of the amplitude", sci(off))
+            }
+        };
+        let events = match r.word(label, "bifurcations") {
+            "" => String::new(),
+            events => format!("; bifurcations: {events}"),
+        };
+        let end = match r.word(label, "run") {
+            COMPLETED => String::new(),
+            run => format!(" (the branch ends: {run})"),
+        };
+        format!(
+            "{label}: period {}, amplitude {}, {stable} (largest multiplier {}){off}{events}{end}",
+            fixed(number("period"), 6),
+            fixed(number("amplitude"), 6),
+            sci(number("multiplier")),
+        )
+    };
+    (note(all_completed(r, "run")), r.each("run", one))
+}

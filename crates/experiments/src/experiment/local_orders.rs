@@ -1,0 +1,141 @@
+//! Local errors and their orders.
+
+use super::declared::{Boxed, section};
+use super::global_orders::slopes;
+use super::names;
+use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said, fixed};
+use crate::report::Verdict;
+use crate::scene::{LocalOrderPlan, Scene};
+use crate::sheet::{ReportError, Sheet, decimal, marked, scientific, table};
+use afterbay_analysis::study::VARIABLES;
+use afterbay_analysis::study::local_order::{LocalErrors, LocalOrders, OrderRow, Statistic, rows};
+
+/// The table from which the charts are made.
+const DATA: &str = "local_orders";
+
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a LocalOrderPlan) -> Boxed<'a> {
+    let study = plan.study.of::<f64>(&scene.problem, &plan.methods);
+    let made = |_: &LocalOrders<'_, f64>, errors: Vec<LocalErrors>| sheet(scene, plan, &errors);
+    section(["local-order", "local errors"], study, made)
+}
+
+fn sheet(
+    scene: &Scene,
+    plan: &LocalOrderPlan,
+    errors: &[LocalErrors],
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Local errors and orders");
+    let (study, orders) = (&plan.study, rows(errors, |_, _, _| None));
+    sheet.data(DATA, &orders)?;
+    sheet.text(format!(
+        "One step of each size is taken from every point of the reference at a multiple of {}. The \
+         local error T is the increment of the reference minus that of the method, divided by h. \
+         The order is the slope of log |T| against log h, with its 95 % confidence interval. A \
+         single point determines the maximum, while all points determine the median. {}",
+        study.base_step,
+        left_out(&orders, study.steps.len())
+    ));
+    sheet.find("Local orders of q / p / w (median)", readings(plan, &orders), local);
+    let cells = orders.iter().map(|row| cells(row, study.steps.len()));
+    sheet.fold("every order", vec![table(&HEADER, cells.collect())]);
+    let figures = [0, 1, 2].map(|i| {
+        let name = VARIABLES[i];
+        let caption = format!("Median of the local errors of {name} over the base grid.");
+        let chart = chart(scene, plan, errors, i);
+        sheet.figure(&format!("local-error-{name}"), chart.draw(), caption, DATA)
+    });
+    sheet.show_pairs(figures);
+    Ok(sheet)
+}
+
+fn readings(plan: &LocalOrderPlan, orders: &[OrderRow]) -> Readings {
+    let median = |method: &str, variable: &str| {
+        OrderRow::find(orders, method, variable, Statistic::Median)?.order
+    };
+    names(&plan.methods).iter().fold(Readings::default(), |r, name| {
+        VARIABLES.iter().fold(r, |r, variable| r.and(name, variable, median(name, variable)))
+    })
+}
+
+const HEADER: [&str; 9] = [
+    "method",
+    "variable",
+    "statistic",
+    "order",
+    "95 % interval",
+    "steps used",
+    "t of the worst point",
+    "its distance to a pole",
+    "steps that failed",
+];
+
+fn cells(row: &OrderRow, steps: usize) -> Vec<String> {
+    let interval = row.ci_low.zip(row.ci_high);
+    vec![
+        row.method.into(),
+        row.variable.into(),
+        row.statistic.into(),
+        order_of(row),
+        interval.map_or(String::new(), |(low, high)| format!("{low:.3} to {high:.3}")),
+        format!("{} of {steps}", row.points),
+        row.worst_t.to_string(),
+        scientific(row.pole_distance),
+        row.failed.to_string(),
+    ]
+}
+
+/// The median of the local errors of variable number i against the step.
+fn chart(scene: &Scene, plan: &LocalOrderPlan, errors: &[LocalErrors], i: usize) -> LineChart {
+    let curve = |method: &&str| {
+        let points = errors.iter().filter(|errors| errors.method.name == *method);
+        let point = |errors: &LocalErrors| (errors.h, errors.variables[i].get(Statistic::Median));
+        marked(method, points.map(point).collect())
+    };
+    LineChart {
+        title: format!("Local error of {}, median", VARIABLES[i]),
+        x: Axis::log(scene.units.time("step h")),
+        y: Axis::log(format!("median of |T| of {}", VARIABLES[i])),
+        curves: names(&plan.methods).iter().map(curve).collect(),
+        guides: slopes(plan.methods.iter().map(|row| row.local_order[i])),
+    }
+}
+
+/// An order, or the reason why there is none.
+fn order_of(row: &OrderRow) -> String {
+    if row.order.is_some() { decimal(row.order) } else { "none: below rounding".into() }
+}
+
+/// States which statistics use fewer than all steps, and why.
+fn left_out(orders: &[OrderRow], steps: usize) -> String {
+    let fewer = orders.iter().filter(|row| row.points < steps);
+    let of = |row: &OrderRow| {
+        format!("{} {} {} ({} of {steps})", row.method, row.variable, row.statistic, row.points)
+    };
+    let all: Vec<_> = fewer.map(of).collect();
+    if all.is_empty() {
+        return "All steps are used: their errors are at least ten times their rounding.".into();
+    }
+    format!(
+        "Steps with |T| less than ten times its rounding are left out. The rounding is the \
+         difference between the step in f64 and the same step in 106 bits, plus the rounding of \
+         the states compared, divided by h. Steps used where some are left out: {}.",
+        all.join(", ")
+    )
+}
+
+fn local(r: &Readings) -> Said {
+    (Verdict::Note, orders_of_three(r, 3, "none: below rounding"))
+}
+
+/// The orders of q, p and w of every method. The word `none` stands for a missing one.
+pub(super) fn orders_of_three(r: &Readings, decimals: usize, none: &str) -> String {
+    let one = |name: &str| {
+        let order = |variable: &str| match r.number(name, variable) {
+            order if order.is_nan() => none.into(),
+            order => fixed(order, decimals),
+        };
+        format!("{name} {}", VARIABLES.map(order).join(" / "))
+    };
+    r.each(VARIABLES[0], one)
+}

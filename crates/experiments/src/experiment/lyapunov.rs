@@ -1,0 +1,143 @@
+//! Lyapunov exponents of each method beside those of the reference.
+
+use super::declared::{Boxed, section};
+use super::reference::{EXACT, label, of_reference};
+use crate::chart::{Axis, Curve, LineChart};
+use crate::claim::{Readings, Said, fixed, note, sci};
+use crate::findings::all_completed;
+use crate::record::RunOutcome;
+use crate::scene::Scene;
+use crate::sheet::{ReportError, Sheet, decimal, line};
+use afterbay_analysis::study::dynamics::DynamicsPlan;
+use afterbay_analysis::study::lyapunov::{self, Lyapunov, LyapunovRow, Spectrum};
+use afterbay_analysis::study::outcome::COMPLETED;
+
+/// The table from which the chart is made.
+const DATA: &str = "lyapunov";
+/// The standard errors beyond which two numbers differ.
+const DIFFERENT: f64 = 3.0;
+
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Lyapunov>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<Lyapunov>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["lyapunov", "Lyapunov exponents"], plan.clone(), made)
+}
+
+fn sheet(
+    scene: &Scene,
+    plan: &DynamicsPlan<Lyapunov>,
+    found: Vec<Spectrum>,
+) -> Result<Sheet, ReportError> {
+    let (mut sheet, model) = (Sheet::new("Lyapunov exponents"), &scene.problem.model);
+    let rows: Vec<_> = found.iter().flat_map(|spectrum| &spectrum.rows).collect();
+    sheet.wide_data(DATA, &lyapunov::columns(model), &rows)?;
+    sheet.runs.extend(found.iter().map(|spectrum| {
+        RunOutcome::of(&spectrum.ending, "lyapunov", model.name(), spectrum.row.name, spectrum.h)
+    }));
+    sheet.text(prose(plan));
+    sheet.table(&HEADER, found.iter().map(cells).collect());
+    sheet.find("Lyapunov exponents", readings(&found), what_is_seen);
+    let title = "Largest Lyapunov exponent";
+    let x = Axis::linear("time of the measurement");
+    let y = Axis::linear("mean over the time so far");
+    let chart = LineChart::new(title, x, y, found.iter().map(curve).collect());
+    sheet.show("lyapunov", &chart, "Its convergence.", DATA);
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<Lyapunov>) -> String {
+    let study = &plan.study;
+    format!(
+        "The mean rates at which small displacements of (q, p) grow under the steps of a method, \
+         over t = {} after {} that are not measured. Each has the standard error that its {} \
+         intervals show. The sum of the exponents is that at which volumes grow, and the \
+         divergence of the equations is its value as h → 0. A largest exponent above 0 by \
+         {DIFFERENT} standard errors counts as chaos if the motion stays bounded, and as unstable \
+         if it grows from the first to the second half of this time like small displacements, or \
+         rests.{}",
+        study.time,
+        study.transient,
+        study.rows,
+        of_reference(plan.reference),
+    )
+}
+
+fn readings(found: &[Spectrum]) -> Readings {
+    let mut readings = Readings::default();
+    for spectrum in found {
+        let label = label(spectrum.row, spectrum.h);
+        let done = spectrum.rows.last().filter(|_| spectrum.ending.is_completed());
+        readings.add(&label, "run", spectrum.ending.outcome);
+        readings.add(&label, "largest", done.and_then(|row| row.exponents[0]));
+        readings.add(&label, "standard error", done.and_then(|row| row.standard_errors[0]));
+        readings.add(&label, "sum", done.and_then(|row| row.sum));
+        readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
+        readings.add(&label, "growth of the motion", done.and(spectrum.growth));
+    }
+    readings
+}
+
+const HEADER: [&str; 7] = [
+    "method and step",
+    "run",
+    "largest exponent",
+    "standard error",
+    "least exponent",
+    "sum",
+    "mean divergence",
+];
+
+fn cells(spectrum: &Spectrum) -> Vec<String> {
+    let last = spectrum.rows.last();
+    let number = |of: fn(&LyapunovRow) -> Option<f64>| decimal(last.and_then(of));
+    vec![
+        label(spectrum.row, spectrum.h),
+        spectrum.ending.outcome.to_owned(),
+        number(|row| row.exponents[0]),
+        number(|row| row.standard_errors[0]),
+        number(|row| row.exponents.last().copied().flatten()),
+        number(|row| row.sum),
+        number(|row| row.mean_divergence),
+    ]
+}
+
+/// The largest exponent over the time of the measurement.
+fn curve(spectrum: &Spectrum) -> Curve {
+    let points = spectrum.rows.iter().filter_map(|row| Some((row.t, row.exponents[0]?)));
+    line(&label(spectrum.row, spectrum.h), points.collect())
+}
+
+fn what_is_seen(r: &Readings) -> Said {
+    let exact = (r.number(EXACT, "largest"), r.number(EXACT, "standard error"));
+    let one = |label: &str| {
+        let run = r.word(label, "run");
+        if run != COMPLETED {
+            return format!("{label}: {run}");
+        }
+        let (largest, error) = (r.number(label, "largest"), r.number(label, "standard error"));
+        let growth = r.number(label, "growth of the motion");
+        let kind = match largest / error {
+            // A motion that grows like its displacements, or that rests, is no chaos.
+            share if share > DIFFERENT && growth <= 0.5 * largest => "chaos",
+            share if share > DIFFERENT && growth.is_nan() => "unstable, at rest",
+            share if share > DIFFERENT => "unstable, the motion grows",
+            share if share < -DIFFERENT => "no chaos",
+            share if share.is_nan() => "undecided",
+            _ => "0 within the error",
+        };
+        let apart = (largest - exact.0).abs() / error.hypot(exact.1);
+        let beside = match label {
+            EXACT => "",
+            _ if apart > DIFFERENT => ", not that of the reference",
+            _ if apart <= DIFFERENT => ", as the reference within the errors",
+            _ => "",
+        };
+        format!(
+            "{label}: largest exponent {} ± {}{beside} ({kind}), sum {} where the divergence is {}",
+            fixed(largest, 4),
+            sci(error),
+            fixed(r.number(label, "sum"), 5),
+            fixed(r.number(label, "divergence"), 5),
+        )
+    };
+    (note(all_completed(r, "run")), r.each("run", one))
+}

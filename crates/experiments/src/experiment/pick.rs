@@ -1,0 +1,194 @@
+//! The result of `pick` with the charts of its runs.
+
+use crate::chart::{Axis, Curve, LineChart};
+use crate::claim::{Readings, Said, sci};
+use crate::record::RunOutcome;
+use crate::report::Verdict as Holds;
+use crate::scene::Scene;
+use crate::sheet::{ReportError, Sheet, line, marked, scientific};
+use afterbay_analysis::study::outcome::Ending;
+use afterbay_analysis::study::pick::{Candidate, Pick, SAMPLES, Trial};
+use serde::Serialize;
+
+/// The tables from which the charts are made.
+const TRIED: &str = "pick_tried";
+const FOUND: &str = "pick";
+
+/// A row of `pick.csv`.
+#[derive(Serialize)]
+struct Row<'a> {
+    method: &'a str,
+    h: f64,
+    tolerance: Option<f64>,
+    error_qp: Option<f64>,
+    error_w: Option<f64>,
+    end_qp: Option<f64>,
+    end_w: Option<f64>,
+    doubt_qp: f64,
+    doubt_w: f64,
+    k_drift: f64,
+    passivity_violations: Option<u64>,
+    seconds: Option<f64>,
+    steps: u64,
+    evaluations: Option<u64>,
+    why_not: Option<&'a str>,
+}
+
+fn row(candidate: &Candidate) -> Row<'_> {
+    let run = &candidate.run;
+    Row {
+        method: run.method,
+        h: run.h,
+        tolerance: run.tolerance,
+        error_qp: run.error_qp,
+        error_w: run.error_w,
+        end_qp: run.end_qp,
+        end_w: run.end_w,
+        doubt_qp: run.doubt_qp,
+        doubt_w: run.doubt_w,
+        k_drift: run.k_drift,
+        passivity_violations: run.passivity_violations,
+        seconds: run.seconds,
+        steps: run.steps,
+        evaluations: run.evaluations,
+        why_not: candidate.why_not.as_deref(),
+    }
+}
+
+/// The error by which a trial is judged.
+fn judged(found: &Pick, run: &Trial) -> Option<f64> {
+    let [qp, w] =
+        if found.wanted.at_end { [run.end_qp, run.end_w] } else { [run.error_qp, run.error_w] };
+    Some(qp?.max(w?))
+}
+
+pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("The cheapest method and step");
+    let all = || found.qualified.iter().chain(&found.others);
+    sheet.data(FOUND, &all().map(row).collect::<Vec<_>>())?;
+    sheet.data(TRIED, &found.tried)?;
+    let place = found.wanted.place(scene.problem.end);
+    let asked = format!("within {:e} {place}", found.wanted.error);
+    sheet.text(format!(
+        "The error of a run is the largest error of any q_j, p_j and w_j after every step, or at \
+         {SAMPLES} times if there are more steps. A step qualifies if it, every step tried within \
+         5 % of it and half of it are {asked}. A tolerance qualifies if it, those from half to \
+         twice as large and a quarter of it are. {} runs were compared with a reference known to \
+         {:.0e}.",
+        found.tried.len(),
+        found.doubt.most()
+    ));
+    sheet.find("Pick", readings(found, &asked), the_cheapest);
+    if found.interrupted {
+        let model = scene.problem.model.name();
+        sheet.runs.push(RunOutcome::of(&Ending::interrupted(), "pick", model, "all", scene.step));
+    }
+    charts(&mut sheet, found, &place);
+    sheet.table(&HEADER, all().map(cells).collect());
+    Ok(sheet)
+}
+
+fn readings(found: &Pick, asked: &str) -> Readings {
+    let why = found.too_sensitive.map_or(String::new(), |why| why.to_string());
+    let readings = Readings::default()
+        .and("the search", "asked", asked)
+        .and("the search", "interrupted", if found.interrupted { "yes" } else { "no" })
+        .and("the scene", "too sensitive", why);
+    found.qualified.iter().map(|one| &one.run).fold(readings, |r, run| {
+        r.and(&format!("{} with {}", run.method, run.setting()), "seconds", run.seconds)
+    })
+}
+
+const HEADER: [&str; 8] = [
+    "method",
+    "step or tolerance",
+    "error of (q, p)",
+    "error of w",
+    "at the end",
+    "w at the end",
+    "seconds",
+    "why not",
+];
+
+fn cells(candidate: &Candidate) -> Vec<String> {
+    let run = &candidate.run;
+    vec![
+        run.method.into(),
+        run.setting(),
+        scientific(run.error_qp),
+        scientific(run.error_w),
+        scientific(run.end_qp),
+        scientific(run.end_w),
+        scientific(run.seconds),
+        candidate.why_not.clone().unwrap_or_default(),
+    ]
+}
+
+/// States the cheapest method that qualifies, or the reason why there is none.
+fn the_cheapest(r: &Readings) -> Said {
+    let (asked, why) = (r.word("the search", "asked"), r.word("the scene", "too sensitive"));
+    let all = r.numbers("seconds");
+    let timed = all.iter().filter(|(_, seconds)| !seconds.is_nan());
+    let says = match timed.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        _ if r.word("the search", "interrupted") != "no" => {
+            "the search was interrupted; what follows was found until then".to_owned()
+        }
+        _ if !why.is_empty() => format!("the scene is too sensitive: {why}"),
+        Some((run, seconds)) => format!("{run} is the cheapest {asked} ({} s)", sci(*seconds)),
+        None => format!("no method was found {asked}"),
+    };
+    (Holds::Note, format!("{says}."))
+}
+
+/// Charts every run that was tried against its evaluations, and those that qualify against their
+/// time, with the bound as a line.
+fn charts(sheet: &mut Sheet, found: &Pick, place: &str) {
+    let chosen = found.qualified.first().map(|winner| &winner.run);
+    let at = |run: &Trial| Some((run.evaluations? as f64, judged(found, run)?));
+    let mut curves = tried(found, at);
+    curves.extend(chosen.and_then(at).map(|point| marked("chosen", vec![point])));
+    if curves.is_empty() {
+        return;
+    }
+    let bound = found.wanted.error;
+    let chart = |title: &str, cost: &str, curves: Vec<Curve>| {
+        let y = Axis::log(format!("largest error {place}"));
+        LineChart::new(title, Axis::log(cost), y, with_bound(bound, curves))
+    };
+    let caption = "Every run that was tried. A method whose curve jumps or does not fall is \
+                   accurate only by chance.";
+    let all = chart("Runs that were tried", "evaluations of the force", curves);
+    sheet.show("pick-tried", &all, caption, TRIED);
+    let timed = |run: &Trial| Some((run.seconds?, judged(found, run)?));
+    if let Some(point) = chosen.and_then(timed) {
+        let curve = |run: &Trial| Some(marked(run.method, vec![timed(run)?]));
+        let qualified = found.qualified.iter().filter_map(|one| curve(&one.run));
+        let curves = qualified.chain([marked("chosen", vec![point])]).collect();
+        let caption = "The methods that qualify, by the time of a run. The leftmost is chosen.";
+        let qualified = chart("What qualifies", "seconds", curves);
+        sheet.show("pick-qualified", &qualified, caption, FOUND);
+    }
+}
+
+/// A curve of the runs that were tried with each method.
+fn tried(found: &Pick, at: impl Fn(&Trial) -> Option<(f64, f64)>) -> Vec<Curve> {
+    let mut methods: Vec<&str> = found.tried.iter().map(|run| run.method).collect();
+    methods.dedup();
+    let curve = |method: &str| {
+        let runs = found.tried.iter().filter(|run| run.method == method);
+        let mut points: Vec<_> = runs.filter_map(&at).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        marked(method, points)
+    };
+    methods.into_iter().map(curve).filter(|curve| !curve.points.is_empty()).collect()
+}
+
+/// The curves, and a line at the bound over the range of their points.
+fn with_bound(bound: f64, mut curves: Vec<Curve>) -> Vec<Curve> {
+    let xs = curves.iter().flat_map(|curve| &curve.points).map(|point| point.0);
+    let (low, high) = xs.fold((f64::INFINITY, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+    if low <= high {
+        curves.push(line(&format!("the bound {bound:e}"), vec![(low, bound), (high, bound)]));
+    }
+    curves
+}

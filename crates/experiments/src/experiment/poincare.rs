@@ -1,0 +1,173 @@
+//! Poincaré sections: the points of each method beside those of the reference.
+
+use super::declared::{Boxed, section};
+use super::reference::{EXACT, States, label, of_reference, show_states};
+use crate::chart::{Axis, LineChart};
+use crate::claim::{Readings, Said, list, note};
+use crate::findings::{all_completed, all_zero, ended};
+use crate::record::RunOutcome;
+use crate::scene::Scene;
+use crate::sheet::{ReportError, Sheet, scientific};
+use afterbay_analysis::Model;
+use afterbay_analysis::Variable;
+use afterbay_analysis::study::attractor::{Attractor, largest};
+use afterbay_analysis::study::dynamics::DynamicsPlan;
+use afterbay_analysis::study::outcome::{COMPLETED, Ending};
+use afterbay_analysis::study::poincare::{self, Poincare, Portrait};
+
+/// The table from which the charts are made.
+const DATA: &str = "poincare";
+
+pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Poincare>) -> Boxed<'a> {
+    let made = |plan: &DynamicsPlan<Poincare>, parts| sheet(scene, plan, plan.gather(parts));
+    section(["poincare", "Poincaré section"], plan.clone(), made)
+}
+
+fn sheet(
+    scene: &Scene,
+    plan: &DynamicsPlan<Poincare>,
+    found: Vec<Portrait>,
+) -> Result<Sheet, ReportError> {
+    let (mut sheet, model) = (Sheet::new("Poincaré section"), &scene.problem.model);
+    let rows: Vec<_> = found.iter().flat_map(|portrait| &portrait.rows).collect();
+    sheet.wide_data(DATA, &poincare::columns(model), &rows)?;
+    for Portrait { row, h, endings, .. } in &found {
+        let record =
+            |ending: &Ending| RunOutcome::of(ending, "poincare", model.name(), row.name, *h);
+        sheet.runs.extend(endings.iter().map(record));
+    }
+    sheet.text(prose(plan, model));
+    let readings = readings(&plan.study, &found);
+    sheet.table(&HEADER, found.iter().map(|portrait| cells(portrait, &readings)).collect());
+    sheet.find("Poincaré section", readings, what_is_seen);
+    let states = |portrait: &Portrait| States {
+        row: portrait.row,
+        label: label(portrait.row, portrait.h),
+        points: portrait.rows.iter().map(|row| (row.q[0], row.p[0])).collect(),
+    };
+    let states: Vec<_> = found.iter().map(states).collect();
+    show_states(&mut sheet, DATA, &states, |label, curves| {
+        let title = format!("{}: {label}", title(&plan.study, model));
+        let x = Axis::linear(scene.units.variable(Variable::Q, "q1"));
+        let y = Axis::linear(scene.units.variable(Variable::P, "p1"));
+        LineChart::new(title, x, y, curves)
+    });
+    Ok(sheet)
+}
+
+fn prose(plan: &DynamicsPlan<Poincare>, model: &Model) -> String {
+    let study = &plan.study;
+    let starts = match study.starts.len() {
+        1 => "from the initial state".to_owned(),
+        count => format!("from each of {count} initial states"),
+    };
+    format!(
+        "The states of runs {starts}, {}: {} of each run after {} that are not shown. Steps divide \
+         the interval between two states of a stroboscopic section.{}",
+        study.section.describe(model),
+        study.points,
+        study.transient,
+        of_reference(plan.reference),
+    )
+}
+
+fn readings(study: &Poincare, found: &[Portrait]) -> Readings {
+    let attractors: Vec<_> = found.iter().map(|portrait| attractors(study, portrait)).collect();
+    let exact = found.iter().position(|portrait| portrait.row.name == EXACT);
+    let mut readings = Readings::default();
+    for (portrait, own) in found.iter().zip(&attractors) {
+        let label = label(portrait.row, portrait.h);
+        let broken = portrait.endings.iter().find(|ending| !ending.is_completed());
+        readings.add(&label, "run", broken.map_or(COMPLETED, |ending| ending.outcome));
+        readings.add(&label, "attractors", kinds(own));
+        if let Some(exact) = exact.filter(|_| portrait.row.name != EXACT) {
+            compare(&mut readings, &label, own, &attractors[exact]);
+        }
+    }
+    readings
+}
+
+/// Compares attractors with those of the reference, start by start. Starts whose reference has no
+/// attractor are left out.
+fn compare(
+    readings: &mut Readings,
+    label: &str,
+    own: &[Option<Attractor>],
+    exact: &[Option<Attractor>],
+) {
+    let pairs = || own.iter().zip(exact).filter_map(|(own, exact)| Some((own, exact.as_ref()?)));
+    let starts = pairs().count();
+    if starts > 0 {
+        let both = || pairs().filter_map(|(own, exact)| Some((own.as_ref()?, exact)));
+        let alike = both().filter(|(own, exact)| exact.is_like(own)).count();
+        let off = both().map(|(own, exact)| exact.distance(own)).reduce(f64::max);
+        readings.add(label, "other attractors", starts - alike);
+        readings.add(label, "starts", starts);
+        readings.add(label, "distance", off);
+    }
+}
+
+const HEADER: [&str; 5] =
+    ["method and step", "run", "points", "attractor", "distance from the reference"];
+
+fn cells(portrait: &Portrait, readings: &Readings) -> Vec<String> {
+    let label = label(portrait.row, portrait.h);
+    vec![
+        label.clone(),
+        readings.word(&label, "run").to_owned(),
+        portrait.rows.len().to_string(),
+        readings.word(&label, "attractors").to_owned(),
+        scientific(readings.known(&label, "distance")),
+    ]
+}
+
+fn title(study: &Poincare, model: &Model) -> String {
+    match study.section.interval(model) {
+        Some(interval) => format!("States once every {interval:.4}"),
+        None => format!("States {}", study.section.describe(model)),
+    }
+}
+
+/// The attractor of each start, if its run got far enough.
+fn attractors(study: &Poincare, portrait: &Portrait) -> Vec<Option<Attractor>> {
+    let periods = study.problem.model.periods();
+    let of_start = |start: usize| {
+        let rows = portrait.rows.iter().filter(|row| row.start == start + 1);
+        let points = rows.map(|row| [&row.q[..], &row.p].concat()).collect();
+        let done = portrait.endings[start].is_completed();
+        let start_size = largest(&study.starts[start].concat());
+        Attractor::of(points, &periods, start_size).filter(|_| done)
+    };
+    (0..portrait.endings.len()).map(of_start).collect()
+}
+
+/// The kinds of all attractors, each once.
+fn kinds(attractors: &[Option<Attractor>]) -> String {
+    let mut found: Vec<String> = Vec::new();
+    for attractor in attractors {
+        let kind = attractor.as_ref().map_or("none".into(), |found| found.kind.describe());
+        if !found.contains(&kind) {
+            found.push(kind);
+        }
+    }
+    list(found)
+}
+
+fn what_is_seen(r: &Readings) -> Said {
+    let one = |label: &str| {
+        let (kinds, end) = (r.word(label, "attractors"), ended(r, label));
+        let (other, starts) = (r.number(label, "other attractors"), r.number(label, "starts"));
+        let beside = match (other, starts) {
+            (other, _) if other.is_nan() => String::new(),
+            (0.0, 1.0) => ", as the reference".into(),
+            (0.0, _) => ", each start as the reference".into(),
+            (_, 1.0) => ", not the attractor of the reference".into(),
+            (other, starts) => {
+                format!(", another attractor than the reference from {other} of {starts} starts")
+            }
+        };
+        format!("{label}: {kinds}{beside}{end}")
+    };
+    let right = all_zero(r, "other attractors") && all_completed(r, "attractors");
+    (note(right), r.each("attractors", one))
+}

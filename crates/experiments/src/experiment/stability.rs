@@ -1,0 +1,133 @@
+//! Stability: a map of verdicts for each method, and an atlas of first failures.
+
+use super::declared::{Boxed, section};
+use super::names;
+use crate::claim::{Readings, Said};
+use crate::findings::stability::{Grid, spectral_radii, verdicts};
+use crate::record::RunOutcome;
+use crate::report::Verdict as Holds;
+use crate::scene::{Scene, StabilityPlan};
+use crate::sheet::{ReportError, Sheet, spaced};
+use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
+use afterbay_analysis::study::stability::{
+    AtlasRow, Map, StabilityRow, Tiles, Verdict, atlas, rules,
+};
+
+/// The table from which the maps are made.
+const DATA: &str = "stability";
+/// The least number of steps of a run. Shorter runs show nothing.
+const LEAST_STEPS: u64 = 50;
+
+pub(super) fn declared<'a>(
+    scene: &'a Scene,
+    plan: &'a StabilityPlan,
+) -> Result<Boxed<'a>, ReportError> {
+    let map = Map {
+        problem: scene.problem.clone(),
+        parameter: &plan.parameter,
+        values: &plan.values,
+        steps: &plan.steps,
+        end: plan.end,
+        least_steps: LEAST_STEPS,
+    };
+    let study = Tiles::new(map, &plan.methods)?;
+    let made = |study: &Tiles<'_>, parts| sheet(scene, plan, &study.rows(parts));
+    Ok(section(["stability", "stability"], study, made))
+}
+
+fn sheet(
+    scene: &Scene,
+    plan: &StabilityPlan,
+    found: &[StabilityRow],
+) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Stability where methods fail");
+    sheet.text(format!(
+        "Each cell is a run over [0, {}] of at least {LEAST_STEPS} steps. Its motion is measured \
+         by A = T/T_max + |q - c|²/Q² with T = ½ p·∂H/∂p. T_max and Q are the largest T and |q| of \
+         the reference, and c is its mean of q over the second half of the run. {} Where the step \
+         is linear, the spectral radius of its matrix is shown beside the verdict.",
+        plan.end,
+        rules()
+    ));
+    sheet.data(DATA, found)?;
+    let whole = plan.methods.len() * plan.steps.len() * plan.values.len();
+    if found.len() < whole {
+        let missing = format!("{} of {whole} cells were not begun", whole - found.len());
+        sheet.text(format!("Interrupted: {missing}, and the maps are left out."));
+        let ending = Ending { outcome: INTERRUPTED, failure: Some(missing) };
+        let model = scene.problem.model.name();
+        sheet.runs.push(RunOutcome::of(&ending, "stability", model, "all", scene.step));
+        return Ok(sheet);
+    }
+    let rows = atlas(found);
+    sheet.find("First failure as h grows", readings(&rows), what_breaks_first);
+    charts(&mut sheet, scene, plan, found);
+    sheet.text(
+        "Map of failures: the first verdict of each method that is not right as h grows, over all \
+         values and at the middle one.",
+    );
+    sheet.table(&HEADER, rows.iter().map(cells).collect());
+    Ok(sheet)
+}
+
+fn readings(rows: &[AtlasRow]) -> Readings {
+    rows.iter().fold(Readings::default(), |r, row| {
+        let first = row.verdict.map_or("", Verdict::describe);
+        r.and(row.method, "first failure", first).and(row.method, "h", row.h)
+    })
+}
+
+/// Shows the verdicts of each method, and beside them the spectral radii where its steps are
+/// linear.
+fn charts(sheet: &mut Sheet, scene: &Scene, plan: &StabilityPlan, found: &[StabilityRow]) {
+    let grid = Grid {
+        x: spaced(&scene.units.time("step h"), plan.step_spacing),
+        y: spaced(&plan.parameter, plan.spacing),
+        steps: &plan.steps,
+        values: &plan.values,
+    };
+    let mut figures = Vec::new();
+    for method in names(&plan.methods) {
+        let rows: Vec<_> = found.iter().filter(|row| row.method == method).collect();
+        let map = verdicts(format!("{method}: verdict"), &grid, &rows);
+        let name = format!("stability-{method}");
+        figures.push(sheet.figure(&name, map.draw(), "What the run did.", DATA));
+        if let Some(map) = spectral_radii(method, &grid, &rows) {
+            let (name, caption) = (
+                format!("spectral-radius-{method}"),
+                "The exact spectral radius of the step matrix.",
+            );
+            figures.push(sheet.figure(&name, map.draw(), caption, DATA));
+        }
+    }
+    sheet.show_pairs(figures);
+}
+
+const HEADER: [&str; 7] =
+    ["method", "first failure", "from h", "at values", "at the middle value", "from h", "value"];
+
+fn what_breaks_first(r: &Readings) -> Said {
+    let one = |method: &str| match r.word(method, "first failure") {
+        "" => format!("{method}: nothing fails"),
+        verdict => format!("{method}: {verdict} from h = {:.3}", r.number(method, "h")),
+    };
+    (Holds::Note, r.each("first failure", one))
+}
+
+fn cells(row: &AtlasRow) -> Vec<String> {
+    let verdict =
+        |verdict: Option<Verdict>| verdict.map_or("nothing fails", Verdict::describe).to_owned();
+    let step = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.4}"));
+    let values = row.from.zip(row.to).map_or(String::new(), |(from, to)| {
+        if from == to { format!("{from:.3}") } else { format!("{from:.3} to {to:.3}") }
+    });
+    vec![
+        row.method.into(),
+        verdict(row.verdict),
+        step(row.h),
+        values,
+        verdict(row.middle_verdict),
+        step(row.middle_h),
+        format!("{} = {:.3}", row.parameter, row.middle),
+    ]
+}

@@ -1,0 +1,360 @@
+//! Everything repeated at the points of a sweep: one table of each kind, with the values of a point
+//! before its rows, and charts of what changes from point to point.
+
+use super::Task;
+use super::declared::{Boxed, section};
+use super::ledger::Afresh;
+use crate::chart::{Axis, LineChart};
+use crate::claim::{Found, Readings, Said};
+use crate::record::{Artifact, RunOutcome, StorageError};
+use crate::report::Verdict;
+use crate::scene::{Scene, Sweep};
+use crate::sheet::{ReportError, Sheet, marked};
+use afterbay_analysis::progress::Progress;
+use afterbay_analysis::study::cell::{Cell, Study};
+use afterbay_analysis::study::outcome::COMPLETED;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The table of all numbers that are charted.
+const DATA: &str = "sweep";
+/// The most charts. The table has the other numbers too.
+const MOST_CHARTS: usize = 12;
+/// The ratio of the largest to the least value from which an axis is logarithmic.
+const WIDE: f64 = 50.0;
+
+/// A row of `sweep.csv`, behind the values of its point.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Row {
+    topic: String,
+    of: String,
+    what: String,
+    value: f64,
+}
+
+/// The results at a point.
+#[derive(Default, Serialize, Deserialize)]
+pub(super) struct Visit {
+    /// The names and the contents of tables.
+    tables: Vec<(String, String)>,
+    rows: Vec<Row>,
+    runs: Vec<RunOutcome>,
+}
+
+impl Visit {
+    /// A point at which nothing could be run.
+    fn refused(scene: &Scene, why: String) -> Self {
+        let outcome = RunOutcome {
+            study: "sweep",
+            system: scene.problem.model.name(),
+            method: "all",
+            h: scene.step,
+            outcome: "not-run".into(),
+            failure: Some(why),
+        };
+        Self { runs: vec![outcome], ..Self::default() }
+    }
+}
+
+/// A task at each point of a sweep.
+struct Points<'a> {
+    task: Task,
+    scene: &'a Scene,
+    sweep: &'a Sweep,
+    /// The cost of a point.
+    cost: f64,
+    /// Whether times are measured. Points are then computed one after another.
+    timed: bool,
+}
+
+pub(super) fn declared<'a>(
+    task: Task,
+    scene: &'a Scene,
+    sweep: &'a Sweep,
+) -> Result<Boxed<'a>, ReportError> {
+    let (mut cost, mut timed) = (0.0, false);
+    if let Ok(first) = scene.at(0) {
+        for cell in super::plan(task, &first)? {
+            cost += cell.cost;
+            timed |= cell.timed;
+        }
+    }
+    let points = Points { task, scene, sweep, cost, timed };
+    let made = move |_: &Points<'_>, visits| sheet(sweep, visits);
+    Ok(section(["sweep", "points of the sweep"], points, made))
+}
+
+impl Study for Points<'_> {
+    type Shared = ();
+    /// None where the user stopped before.
+    type Part = Option<Visit>;
+    type Error = ReportError;
+
+    fn cells(&self) -> Vec<Cell> {
+        let cell = |index| {
+            let key = format!("point={index}");
+            Cell { timed: self.timed, ..Cell::new(key, self.cost) }
+        };
+        (0..self.sweep.count()).map(cell).collect()
+    }
+
+    fn share(&self, _progress: &dyn Progress) -> Result<(), ReportError> {
+        Ok(())
+    }
+
+    fn compute(
+        &self,
+        (): &(),
+        index: usize,
+        progress: &dyn Progress,
+    ) -> Result<Option<Visit>, ReportError> {
+        if progress.stopped() {
+            return Ok(None);
+        }
+        let found = match self.scene.at(index) {
+            Ok(scene) => visit(self.task, &scene, &Inner(progress))?,
+            Err(error) => Visit::refused(self.scene, error.problem.to_string()),
+        };
+        progress.advance();
+        Ok(Some(found))
+    }
+}
+
+/// Joins the results of all points.
+fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError> {
+    let mut sheet = Sheet::new("Sweep");
+    let (mut tables, mut lines) = (BTreeMap::<String, Joined>::new(), Vec::new());
+    for (index, visit) in visits.into_iter().enumerate() {
+        let Some(Visit { tables: found, rows, runs }) = visit else { continue };
+        let values = sweep.values(index);
+        for (name, text) in found {
+            let joined: &mut Joined = tables.entry(name.clone()).or_default();
+            joined.add(index, &sweep.names, &values, (&name, &text))?;
+        }
+        lines.push((index, values, rows));
+        sheet.runs.extend(runs);
+    }
+    say(&mut sheet, sweep.count(), lines.len());
+    charts(&mut sheet, sweep, &lines);
+    let mut header = vec!["point".to_owned()];
+    header.extend(sweep.names.iter().map(|name| format!("sweep_{name}")));
+    header.extend(["topic", "of", "what", "value"].map(str::to_owned));
+    let rows: Vec<_> = lines
+        .iter()
+        .flat_map(|(index, values, rows)| rows.iter().map(move |row| (*index, values, row)))
+        .collect();
+    sheet.wide_data(DATA, &header, &rows)?;
+    sheet.artifacts.extend(tables.into_iter().map(|(name, joined)| joined.artifact(name)));
+    sheet.text(format!(
+        "Varied: {}. In the tables, the number of the point and its values come before the columns \
+         of a single scene.",
+        sweep.names.join(", ")
+    ));
+    Ok(sheet)
+}
+
+/// Passes on whether to stop, and no more: the sweep counts points.
+struct Inner<'a>(&'a dyn Progress);
+
+impl Progress for Inner<'_> {
+    fn begin(&self, _stage: &str, _total: usize) {}
+
+    fn advance(&self) {}
+
+    fn stopped(&self) -> bool {
+        self.0.stopped()
+    }
+}
+
+/// The results of a scene. A method that does not apply there is a run that did not complete.
+fn visit(task: Task, scene: &Scene, progress: &dyn Progress) -> Result<Visit, ReportError> {
+    let mut visit = Visit::default();
+    let sheets = match super::sheets(task, scene, &Afresh, progress) {
+        Ok((sheets, _)) => sheets,
+        Err(ReportError::Study(error)) => {
+            return Ok(Visit::refused(scene, error.to_string()));
+        }
+        Err(error) => return Err(error),
+    };
+    for sheet in sheets {
+        let tables = sheet.artifacts.into_iter().filter(|x| x.name.ends_with(".csv"));
+        visit.tables.extend(tables.map(|table| (table.name, table.text)));
+        for finding in &sheet.findings {
+            for reading in &finding.readings.0 {
+                if let Found::Number(value) = reading.found {
+                    let (topic, of) = (finding.topic.clone(), reading.of.clone());
+                    visit.rows.push(Row { topic, of, what: reading.what.clone(), value });
+                }
+            }
+        }
+        visit.rows.extend(sheet.numbers.into_iter().map(|(of, what, value)| Row {
+            topic: sheet.section.heading.clone(),
+            of,
+            what,
+            value,
+        }));
+        visit.runs.extend(sheet.runs);
+    }
+    Ok(visit)
+}
+
+/// A table of all points.
+#[derive(Default)]
+struct Joined {
+    writer: Option<csv::Writer<Vec<u8>>>,
+}
+
+impl Joined {
+    /// Adds the rows of a table, behind the values of the point.
+    fn add(
+        &mut self,
+        index: usize,
+        names: &[String],
+        values: &[f64],
+        (name, text): (&str, &str),
+    ) -> Result<(), StorageError> {
+        let failed = |source| StorageError::Table { name: name.to_owned(), source };
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(text.as_bytes());
+        let front: Vec<String> = std::iter::once(index.to_string())
+            .chain(values.iter().map(|x| format!("{x:?}")))
+            .collect();
+        let mut records = reader.records();
+        let header = records.next().transpose().map_err(failed)?.unwrap_or_default();
+        if self.writer.is_none() {
+            let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
+            let first = names.iter().map(|name| format!("sweep_{name}"));
+            let all = std::iter::once("point".to_owned()).chain(first);
+            let all = all.chain(header.iter().map(str::to_owned));
+            writer.write_record(all).map_err(failed)?;
+            self.writer = Some(writer);
+        }
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        for record in records {
+            let record = record.map_err(failed)?;
+            let row = front.iter().map(String::as_str).chain(&record);
+            writer.write_record(row).map_err(failed)?;
+        }
+        Ok(())
+    }
+
+    fn artifact(self, name: String) -> Artifact {
+        let bytes = self.writer.and_then(|writer| writer.into_inner().ok()).unwrap_or_default();
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        Artifact { name, text, ..Artifact::default() }
+    }
+}
+
+/// The points of a curve for each subject.
+type Curves<'a> = BTreeMap<&'a str, Vec<(f64, f64)>>;
+
+/// Charts of each number over the points, one curve for each subject, and the range of each.
+fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)]) {
+    // Over the value if one thing alone takes several, else over the number of the point.
+    let differ = |k: usize| {
+        let mut values = lines.iter().map(|(_, values, _)| values[k].to_bits());
+        let first = values.next();
+        values.any(|value| Some(value) != first)
+    };
+    let varied: Vec<usize> = (0..sweep.names.len()).filter(|&k| differ(k)).collect();
+    let alone = if let [k] = varied[..] { Some(k) } else { None };
+    let name = alone.map_or("point", |k| &*sweep.names[k]);
+    let mut numbers: BTreeMap<(&str, &str), Curves<'_>> = BTreeMap::new();
+    for (index, values, rows) in lines {
+        let place = alone.map_or(*index as f64, |k| values[k]);
+        for row in rows {
+            let curves = numbers.entry((&row.topic, &row.what)).or_default();
+            curves.entry(&row.of).or_default().push((place, row.value));
+        }
+    }
+    let mut ranges = Vec::new();
+    let mut figures = Vec::new();
+    for ((topic, what), curves) in numbers {
+        for (of, points) in &curves {
+            let values = || points.iter().map(|x| x.1);
+            let [least, most] = [
+                values().fold(f64::INFINITY, f64::min),
+                values().fold(f64::NEG_INFINITY, f64::max),
+            ];
+            let cells = [topic, what, of].map(str::to_owned).into_iter();
+            ranges.push(cells.chain([number(least), number(most)]).collect());
+        }
+        let same = |points: &Vec<(f64, f64)>| {
+            points.iter().all(|x| x.1.to_bits() == points[0].1.to_bits())
+        };
+        if figures.len() == MOST_CHARTS || lines.len() < 2 || curves.values().all(same) {
+            continue;
+        }
+        let all = || curves.values().flatten();
+        let (x, y) = (axis(name, all().map(|x| x.0)), axis(what, all().map(|x| x.1)));
+        let curves = curves
+            .iter()
+            .map(|(of, points)| {
+                let mut points = points.clone();
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                marked(of, points)
+            })
+            .collect();
+        let title = format!("{topic}: {what}");
+        let (name, chart) =
+            (format!("sweep-{}", figures.len() + 1), LineChart::new(&title, x, y, curves));
+        let caption = format!("{title} over the sweep.");
+        figures.push(sheet.figure(&name, chart.draw(), caption, DATA));
+    }
+    sheet.show_pairs(figures);
+    sheet.table(&["topic", "number", "of", "least", "largest"], ranges);
+}
+
+/// A number with four significant digits.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if value != 0.0 && !(1e-3..1e5).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let whole = if size < 1.0 { 0 } else { size.log10() as usize };
+    format!("{value:.*}", 3_usize.saturating_sub(whole))
+}
+
+/// A logarithmic axis for positive values of several orders of magnitude.
+fn axis(name: &str, values: impl Iterator<Item = f64>) -> Axis {
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+    for value in values.filter(|x| *x != 0.0) {
+        least = least.min(value);
+        most = most.max(value);
+    }
+    if least > 0.0 && most > WIDE * least { Axis::log(name) } else { Axis::linear(name) }
+}
+
+fn say(sheet: &mut Sheet, points: usize, done: usize) {
+    let mut readings =
+        Readings::default().and("sweep", "points", points).and("sweep", "done", done);
+    let mut counts: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
+    for run in &sheet.runs {
+        let [all, completed] = counts.entry(run.method).or_default();
+        *all += 1;
+        *completed += usize::from(run.outcome == COMPLETED);
+    }
+    for (method, [all, completed]) in counts {
+        readings = readings.and(method, "runs", all).and(method, "completed", completed);
+    }
+    sheet.find("Sweep", readings, how_many_completed);
+}
+
+fn how_many_completed(r: &Readings) -> Said {
+    let (points, done) = (r.number("sweep", "points"), r.number("sweep", "done"));
+    let all: f64 = r.numbers("runs").into_iter().map(|x| x.1).sum();
+    let completed: f64 = r.numbers("completed").into_iter().map(|x| x.1).sum();
+    let open = r.numbers("runs").into_iter().filter_map(|(of, runs)| {
+        let open = runs - r.number(of, "completed");
+        (open != 0.0).then(|| format!("{of} {open}"))
+    });
+    let open: Vec<String> = open.collect();
+    let mut statement = format!("{done} of {points} points; {completed} of {all} runs completed");
+    if !open.is_empty() {
+        statement += &format!(", did not: {}", open.join(", "));
+    }
+    let whole = open.is_empty() && done == points;
+    (if whole { Verdict::Note } else { Verdict::Fails }, statement + ".")
+}

@@ -1,0 +1,74 @@
+//! K in a long run: the table, the chart and the growth of its deviation.
+
+use crate::chart::Curve;
+use crate::claim::Readings;
+use crate::sheet::{marked, scientific};
+use afterbay_analysis::statistics::Fit;
+use afterbay_analysis::study::long_run::LongRun;
+
+/// The largest difference of two exponents that agree, however narrow their intervals.
+const AGREEMENT: f64 = 0.05;
+
+/// The conclusion from an exponent of 0.
+const NOT_GROWING: &str = "not growing";
+
+/// The deviation of K over time.
+pub(crate) fn chart_of(run: &LongRun) -> Curve {
+    marked(&run.setup.label(), run.rows.iter().map(|row| (row.t, row.rms)).collect())
+}
+
+/// The conclusion from an exponent, as far as its interval allows one.
+pub(crate) fn grows(fit: &Fit) -> &'static str {
+    let margin = fit.margin.map_or(f64::INFINITY, |margin| margin.max(AGREEMENT));
+    let may_be = |exponent: f64| (fit.slope - exponent).abs() <= margin;
+    if may_be(0.0) && !may_be(0.5) {
+        return NOT_GROWING;
+    }
+    match (may_be(0.5), may_be(1.0)) {
+        (true, true) => "like √t or like t",
+        (true, false) => "like √t",
+        (false, true) => "like t",
+        (false, false) if fit.slope < 0.5 => "slower than √t",
+        (false, false) if fit.slope < 1.0 => "faster than √t, slower than t",
+        (false, false) => "faster than t",
+    }
+}
+
+pub(crate) fn cells(run: &LongRun) -> Vec<String> {
+    let (growth, last) = (run.growth(), run.rows.last());
+    vec![
+        run.setup.label(),
+        growth.map_or(String::new(), |fit| format!("{:.2}", fit.slope)),
+        growth.and_then(|fit| fit.margin).map_or(String::new(), |margin| format!("± {margin:.2}")),
+        growth.as_ref().map_or("", grows).into(),
+        scientific(last.map(|row| row.rms)),
+        scientific(last.map(|row| row.mean)),
+        run.ending.describe(),
+    ]
+}
+
+/// The readings of long runs: the deviation of K at the end, its growth, and the ending of the run.
+pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
+    found.iter().fold(Readings::default().and("run", "steps", steps), |r, run| {
+        let (label, growth) = (run.setup.label(), run.growth());
+        r.and(&label, "rms", run.rows.last().map(|row| row.rms))
+            .and(&label, "exponent", growth.as_ref().map(|fit| fit.slope))
+            .and(&label, "margin", growth.as_ref().and_then(|fit| fit.margin))
+            .and(&label, "run", run.ending.outcome)
+    })
+}
+
+/// The growth of the deviation of one run, from its readings.
+pub(crate) fn growth(r: &Readings, label: &str) -> String {
+    let (slope, margin) = (r.number(label, "exponent"), r.number(label, "margin"));
+    if slope.is_nan() {
+        return "growth not known".into();
+    }
+    let fit = Fit { slope, margin: (!margin.is_nan()).then_some(margin), points: 0 };
+    let interval = fit.margin.map_or(String::new(), |margin| format!(" ± {margin:.2}"));
+    let growing = match grows(&fit) {
+        NOT_GROWING => NOT_GROWING.to_owned(),
+        how => format!("growing {how}"),
+    };
+    format!("{growing} (exponent {slope:.2}{interval})")
+}

@@ -1,0 +1,102 @@
+//! What prevents the use of a journal.
+
+use afterbay_analysis::rows::RowsError;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// What is wrong with a journal.
+#[derive(Debug, Error)]
+pub enum JournalError {
+    /// A file could not be read or written.
+    #[error("cannot use {}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Another command uses the journal.
+    #[error("another command is at work on these cells: {} is locked", path.display())]
+    Busy {
+        /// The locked file.
+        path: PathBuf,
+    },
+    /// Some cells are finished and others are not.
+    #[error("{} holds unfinished work: {done} of {all} cells are done", folder.display())]
+    Unfinished {
+        /// The folder of the results.
+        folder: PathBuf,
+        /// The cells that are done.
+        done: usize,
+        /// All cells.
+        all: usize,
+    },
+    /// A journal of something else.
+    #[error("{} has another {what}: {theirs}, here {ours}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        what: &'static str,
+        /// The value of this command.
+        ours: String,
+        /// The value of the file.
+        theirs: String,
+    },
+    /// A file does not begin as a journal does.
+    #[error("{} is no journal of this version: {why}", path.display())]
+    NoHeader {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        why: String,
+    },
+    /// There are no journals.
+    #[error("{} has no parts of a study", folder.display())]
+    Nothing {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The scene of a journal cannot be read.
+    #[error("the scene {} is not valid: {why}", path.display())]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        why: String,
+    },
+    /// A result cannot be read.
+    #[error("the result of the cell {key} cannot be read: {why}")]
+    Unreadable {
+        /// The cell.
+        key: String,
+        /// Why.
+        why: String,
+    },
+    /// A result cannot be put in words.
+    #[error("a result cannot be written: {why}")]
+    Unwritten {
+        /// Why.
+        why: String,
+    },
+}
+
+impl From<RowsError> for JournalError {
+    fn from(error: RowsError) -> Self {
+        match error {
+            RowsError::File { path, source } => Self::File { path, source },
+            RowsError::Unwritten { why } => Self::Unwritten { why },
+        }
+    }
+}
+
+impl JournalError {
+    pub(crate) fn file(path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |source| Self::File { path, source }
+    }
+
+    pub(crate) fn unwritten(why: impl ToString) -> Self {
+        Self::Unwritten { why: why.to_string() }
+    }
+}

@@ -1,0 +1,91 @@
+//! Findings on the decay of the overdamped oscillator.
+
+use crate::claim::{Readings, Said, fixed, list, sci, verdict};
+use crate::findings::{KEPT, kept};
+use crate::report::Verdict;
+use afterbay_analysis::study::decay::{Decay, TOLERANCE};
+use afterbay_analysis::study::outcome::COMPLETED;
+use std::collections::BTreeMap;
+
+/// Whether keeping K comes with a loss of energy 1 - R within a tenth of the exact loss.
+pub(super) fn balance_and_decay(r: &Readings) -> Said {
+    let [found, exact] = ["moddg", "the solution"].map(|of| r.number(of, "R"));
+    let (drift, falls) = (r.number("moddg", "drift"), r.number("moddg", "falls of w"));
+    let run = r.word("moddg", "run");
+    let balanced = drift <= KEPT && falls == 0.0 && run == COMPLETED;
+    let right = (found - exact).abs() <= TOLERANCE * (1.0 - exact);
+    let says = match (balanced, right) {
+        (true, true) => "the balance is exact and the decay is right",
+        (true, false) => "the balance is exact and the decay is wrong",
+        (false, true) => "the decay is right though the balance is not exact",
+        (false, false) => "neither is the balance exact nor the decay right",
+    };
+    let w = if falls == 0.0 {
+        "w rises at every step".to_owned()
+    } else {
+        format!("w falls at {falls} steps")
+    };
+    let statement = format!(
+        "{says}. In the second step the energy ratio is exactly {} and modDG gives {}; modDG {} \
+         (off by {} of it), and {w}. Its run: {run}.",
+        fixed(exact, 4),
+        fixed(found, 4),
+        kept(drift),
+        sci(drift),
+    );
+    (verdict(balanced && right), statement)
+}
+
+/// The largest error of an energy that counts as exact, relative to the energy at the start.
+const ON_IT: f64 = 0.01;
+
+/// States which energies agree with the exact one.
+pub(super) fn energies(r: &Readings) -> Said {
+    let one = |(label, off): (&str, f64)| {
+        if off <= ON_IT {
+            format!("{label} lies on it (off by {} of H₀ at most)", sci(off))
+        } else if off.is_nan() {
+            format!("{label} does not reach the end")
+        } else {
+            format!("{label} does not lie on it (off by {} of H₀)", sci(off))
+        }
+    };
+    let all = r.numbers("off H₀ by").into_iter().map(one).collect::<Vec<_>>();
+    (Verdict::Note, format!("of the exact energy, within {ON_IT} of H₀: {}.", all.join("; ")))
+}
+
+/// States which methods decay rightly at both frictions, and which at only one.
+pub(super) fn trusted(r: &Readings) -> Said {
+    let right = |word: &str| {
+        [Decay::Right, Decay::RightWithoutK].iter().any(|decay| decay.to_string() == word)
+    };
+    let all = r.of_all("b = 200");
+    let at = |name: &str| ["b = 200", "b = 5000"].map(|b| right(r.word(name, b)));
+    let both: Vec<_> = all.iter().filter(|name| at(name) == [true, true]).collect();
+    let once = all.iter().filter(|name| at(name) == [true, false]);
+    let later = all.iter().filter(|name| at(name) == [false, true]);
+    let wrong = all.iter().filter(|name| r.word(name, "b = 200") == Decay::WrongWithK.to_string());
+    let (once, later): (Vec<_>, Vec<_>) = (
+        once.map(|name| format!("{name} (at b = 5000: {})", r.word(name, "b = 5000"))).collect(),
+        later.map(|name| format!("{name} (at b = 200: {})", r.word(name, "b = 200"))).collect(),
+    );
+    let mut rest: BTreeMap<&str, usize> = BTreeMap::new();
+    for name in all.iter().filter(|name| at(name) == [false, false]) {
+        *rest.entry(r.word(name, "b = 200")).or_default() += 1;
+    }
+    let rest = rest.into_iter().map(|(word, count)| format!("{count} \"{word}\""));
+    let says = if both.is_empty() {
+        "no method is right at b = 200 and at b = 5000".to_owned()
+    } else {
+        format!("{}: right at b = 200 and at b = 5000", list(both.iter().map(ToString::to_string)))
+    };
+    let statement = format!(
+        "{says}. Right at b = 200 only: {}. Right at b = 5000 only: {}. {} methods keep K and \
+         decay wrongly at b = 200. Right at neither, by what becomes of them at b = 200: {}.",
+        list(once),
+        list(later),
+        wrong.count(),
+        list(rest),
+    );
+    (verdict(!both.is_empty()), statement)
+}

@@ -1,0 +1,368 @@
+//! Files of results: tables, figures, the report and the manifest of a run.
+
+mod files;
+
+pub(crate) use files::{remove_abandoned, temporary};
+
+use crate::chart::Drawing;
+use crate::data::{self, DataError, DataFormat};
+use crate::report::Report;
+use afterbay_analysis::rows::RowsFile;
+use afterbay_analysis::study::outcome::Ending;
+use afterbay_analysis::study::work_precision::WorkRow;
+use afterbay_analysis::words::{Word, word};
+use files::{write_by, write_whole};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fs::File;
+use std::io::{self, BufWriter, Read};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A file of the output, named relative to its folder.
+#[derive(Clone, Debug, Default)]
+pub struct Artifact {
+    /// `data/local_orders.csv`, `figures/figure-3-1.svg`, ...
+    pub name: String,
+    /// The contents; of a long table, their beginning.
+    pub text: String,
+    /// The other rows of a long table.
+    pub rows: Vec<RowsFile>,
+    /// The chart of an SVG file. It is written as a PNG file too, beside the SVG.
+    pub picture: Option<Drawing>,
+}
+
+impl Artifact {
+    /// A table. Floats are printed as the shortest text that reads back the same; missing values
+    /// are empty.
+    ///
+    /// # Errors
+    /// [`StorageError::Table`] if a row cannot be serialized as CSV.
+    pub fn table<R: Serialize>(name: impl Into<String>, rows: &[R]) -> Result<Self, StorageError> {
+        Self::written(name, rows, csv::Writer::from_writer(Vec::new()))
+    }
+
+    /// A table whose number of columns depends on the number of degrees of freedom. Rows contain
+    /// vectors, and the header names each entry.
+    ///
+    /// # Errors
+    /// [`StorageError::Table`] if a row cannot be serialized as CSV or differs from the header in
+    /// length.
+    pub fn wide_table<R: Serialize>(
+        name: impl Into<String>,
+        header: &[String],
+        rows: &[R],
+    ) -> Result<Self, StorageError> {
+        let name = name.into();
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+        match writer.write_record(header) {
+            Ok(()) => Self::written(name, rows, writer),
+            Err(source) => Err(StorageError::Table { name, source }),
+        }
+    }
+
+    fn written<R: Serialize>(
+        name: impl Into<String>,
+        rows: &[R],
+        mut writer: csv::Writer<Vec<u8>>,
+    ) -> Result<Self, StorageError> {
+        let name = name.into();
+        let write = || -> Result<String, csv::Error> {
+            rows.iter().try_for_each(|row| writer.serialize(row))?;
+            let bytes = writer.into_inner().map_err(csv::IntoInnerError::into_error)?;
+            Ok(String::from_utf8_lossy(&bytes).into_owned())
+        };
+        match write() {
+            Ok(text) => Ok(Self { name, text, ..Self::default() }),
+            Err(source) => Err(StorageError::Table { name, source }),
+        }
+    }
+}
+
+impl Artifact {
+    /// Reads the contents, whether or not they are in memory.
+    ///
+    /// # Errors
+    /// A file of rows that cannot be opened.
+    pub fn open(&self) -> io::Result<impl Read + '_> {
+        let mut rows: Box<dyn Read + '_> = Box::new(io::empty());
+        for more in &self.rows {
+            rows = Box::new(rows.chain(more.open()?));
+        }
+        Ok(self.text.as_bytes().chain(rows))
+    }
+}
+
+/// The origin of the output: what is needed to reproduce it, and the machine it was made on.
+#[derive(Clone, Debug, Serialize)]
+pub struct Manifest {
+    /// Version of afterbay.
+    pub version: &'static str,
+    /// The command.
+    pub command: &'static str,
+    /// The scene that was run, with defaults filled in.
+    pub scene: serde_json::Value,
+    /// SHA-256 of the scene.
+    pub hash: String,
+    /// The processor.
+    pub cpu: String,
+    /// The number of threads.
+    pub threads: usize,
+    /// The outcome of every run.
+    pub runs: Vec<RunOutcome>,
+}
+
+/// The outcome of one run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunOutcome {
+    /// The study it belongs to.
+    #[serde(deserialize_with = "word")]
+    pub study: Word,
+    /// The system.
+    #[serde(deserialize_with = "word")]
+    pub system: Word,
+    /// The method.
+    #[serde(deserialize_with = "word")]
+    pub method: Word,
+    /// The step.
+    pub h: f64,
+    /// The ending in one word.
+    pub outcome: String,
+    /// The failure in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<String>,
+}
+
+impl RunOutcome {
+    /// The outcome of a run that ended in this way.
+    pub(crate) fn of(ending: &Ending, study: Word, system: Word, method: Word, h: f64) -> Self {
+        let Ending { outcome, failure } = ending.clone();
+        Self { study, system, method, h, outcome: outcome.into(), failure }
+    }
+
+    /// The outcome of a run whose work was measured.
+    pub(crate) fn of_work(row: &WorkRow, system: Word) -> Self {
+        Self::of(&row.ending(), "work-precision", system, row.method, row.h)
+    }
+}
+
+impl Manifest {
+    /// The manifest of `scene`, run by `command` on this machine.
+    pub fn new(command: &'static str, scene: serde_json::Value, runs: Vec<RunOutcome>) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            command,
+            hash: hash_of(&scene),
+            scene,
+            cpu: processor(),
+            threads: rayon::current_num_threads(),
+            runs,
+        }
+    }
+}
+
+/// SHA-256 of a scene.
+pub(crate) fn hash_of(scene: &serde_json::Value) -> String {
+    let hash = Sha256::digest(scene.to_string().as_bytes());
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl Manifest {
+    /// The hash of the scene whose results are in a folder, if there are any.
+    pub fn hash_in(folder: &Path) -> Option<String> {
+        let text = std::fs::read_to_string(folder.join("run.json")).ok()?;
+        let manifest: serde_json::Value = serde_json::from_str(&text).ok()?;
+        Some(manifest["hash"].as_str().unwrap_or_default().to_owned())
+    }
+}
+
+/// The name of the processor where the operating system gives it, else its architecture.
+pub fn processor() -> String {
+    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = told
+        .lines()
+        .find(|line| line.starts_with("model name"))
+        .and_then(|line| line.split(": ").nth(1));
+    name.unwrap_or(std::env::consts::ARCH).to_owned()
+}
+
+/// All results of a command.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// The report.
+    pub report: Report,
+    /// Tables and figures.
+    pub artifacts: Vec<Artifact>,
+    /// The origin of the results.
+    pub manifest: Manifest,
+}
+
+/// Makes the folder of the results and checks that they can be written there. Call it before
+/// computing.
+///
+/// # Errors
+/// [`StorageError::File`] with the folder or file that cannot be written.
+pub fn prepare(folder: &Path) -> Result<(), StorageError> {
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |source| StorageError::File { path, source }
+    };
+    std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    for below in ["", "data", "figures"] {
+        let path = folder.join(below);
+        if below.is_empty() || path.symlink_metadata().is_ok() {
+            temporary(&path).map(drop).map_err(failed(&path))?;
+            remove_abandoned(&path);
+        }
+    }
+    for name in ["run.json", "report.html"] {
+        let path = folder.join(name);
+        if path.is_dir() {
+            return Err(failed(&path)(std::io::ErrorKind::IsADirectory.into()));
+        }
+    }
+    Ok(())
+}
+
+impl Output {
+    /// Writes all results below `folder`, with tables in a format. Each file gets its name only
+    /// when it is complete; the report comes last.
+    ///
+    /// # Errors
+    /// [`StorageError`] with the file that could not be written.
+    pub fn write(&self, folder: &Path, format: DataFormat) -> Result<(), StorageError> {
+        let manifest = serde_json::to_string_pretty(&self.manifest)
+            .map_err(|source| StorageError::Manifest { source })?;
+        let put = |name: &str, contents: &[u8]| {
+            let path = folder.join(name);
+            write_whole(&path, contents).map_err(|source| StorageError::File { path, source })
+        };
+        self.artifacts.par_iter().try_for_each(|artifact| {
+            if let Some(table) = artifact.name.strip_suffix(".csv") {
+                return self.write_table((table, artifact), format, folder);
+            }
+            put(&artifact.name, artifact.text.as_bytes())?;
+            let Some(picture) = &artifact.picture else { return Ok(()) };
+            let name = Path::new(&artifact.name).with_extension("png");
+            let png =
+                picture.png().map_err(|why| StorageError::Picture { path: name.clone(), why });
+            put(&name.to_string_lossy(), &png?)
+        })?;
+        put("run.json", manifest.as_bytes())?;
+        let report = match format {
+            DataFormat::Csv => self.report.html(),
+            _ => self.report.clone().with_tables(format).html(),
+        };
+        put("report.html", report.as_bytes())?;
+        self.remove_others(folder, format)
+    }
+
+    /// Writes a table and its sidecar.
+    fn write_table(
+        &self,
+        (name, table): (&str, &Artifact),
+        format: DataFormat,
+        folder: &Path,
+    ) -> Result<(), StorageError> {
+        let file = format!("{name}.{}", format.extension());
+        let failed = |source| StorageError::Translation { name: file.clone(), source };
+        let write = |to: &mut BufWriter<&File>| data::write(table, format, &self.manifest, to);
+        let sidecar = write_by(&folder.join(&file), write).map_err(failed)?;
+        let sidecar = serde_json::to_vec_pretty(&sidecar).map_err(|why| failed(why.into()))?;
+        let path = folder.join(format!("{name}.json"));
+        write_whole(&path, &sidecar).map_err(|source| StorageError::File { path, source })
+    }
+
+    /// Removes the tables of this name that an earlier command wrote in another format.
+    fn remove_others(&self, folder: &Path, format: DataFormat) -> Result<(), StorageError> {
+        let tables = self.artifacts.iter().filter_map(|x| x.name.strip_suffix(".csv"));
+        let others = DataFormat::ALL.into_iter().filter(|other| *other != format);
+        let old = tables.flat_map(|table| {
+            others.clone().map(move |other| folder.join(format!("{table}.{}", other.extension())))
+        });
+        for path in old.filter(|path| path.is_file()) {
+            std::fs::remove_file(&path).map_err(|source| StorageError::File { path, source })?;
+        }
+        Ok(())
+    }
+}
+
+/// A failure to write results.
+#[derive(Debug, Error)]
+pub enum StorageError {
+    /// A file could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A chart could not be drawn as a PNG picture.
+    #[error("cannot draw {}: {why}", path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        why: String,
+    },
+    /// A row could not be serialized as CSV.
+    #[error("cannot write the table {name}: {source}")]
+    Table {
+        /// The table.
+        name: String,
+        /// Why.
+        source: csv::Error,
+    },
+    /// A table could not be translated to its format.
+    #[error("cannot write the table {name}: {source}")]
+    Translation {
+        /// The file.
+        name: String,
+        /// Why.
+        source: DataError,
+    },
+    /// The manifest could not be serialized as JSON.
+    #[error("cannot write run.json: {source}")]
+    Manifest {
+        /// Why.
+        source: serde_json::Error,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(folder: &Path) -> PathBuf {
+        match prepare(folder) {
+            Err(StorageError::File { path, .. }) => path,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_found_beforehand() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("deep/er");
+        prepare(&folder).unwrap();
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0, "nothing is left behind");
+        let file = |name: &str| {
+            let path = root.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(&path, "a file").unwrap();
+            path
+        };
+        assert_eq!(refused(&file("occupied")), root.path().join("occupied"));
+        for name in ["data", "figures"] {
+            let path = file(&format!("with-{name}/{name}"));
+            assert_eq!(refused(path.parent().unwrap()), path);
+        }
+        for name in ["run.json", "report.html"] {
+            let path = root.path().join(format!("with-{name}")).join(name);
+            std::fs::create_dir_all(&path).unwrap();
+            assert_eq!(refused(path.parent().unwrap()), path);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! What a sweep varies.
+
+use super::super::document::{Expression, SweepTable, Varied};
+use super::super::planner::Planner;
+use super::super::problem::{SceneError, SceneProblem};
+use afterbay_analysis::Spacing;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+use statrs::distribution::{ContinuousCDF, Normal, Uniform};
+
+/// Something that is varied.
+#[derive(Clone, Debug)]
+pub(super) struct Axis {
+    pub(super) name: String,
+    pub(super) target: Target,
+    pub(super) values: Values,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Target {
+    Parameter,
+    /// q_j, counted from 0
+    Coordinate(usize),
+    /// p_j
+    Momentum(usize),
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Values {
+    Listed(Vec<f64>),
+    Uniform(Uniform),
+    Normal(Normal),
+}
+
+impl Values {
+    /// The value of this listed index, or a draw.
+    pub(super) fn at(&self, index: usize, random: &mut Pcg64) -> f64 {
+        // A number in (0, 1) of 53 bits.
+        let mut share = || ((random.next_u64() >> 11) as f64 + 0.5) * 2f64.powi(-53);
+        match self {
+            Self::Listed(list) => list.get(index).copied().unwrap_or(f64::NAN),
+            Self::Uniform(uniform) => uniform.inverse_cdf(share()),
+            Self::Normal(normal) => normal.inverse_cdf(share()),
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Listed(list) => list.len(),
+            Self::Uniform(_) | Self::Normal(_) => 1,
+        }
+    }
+}
+
+impl Planner<'_> {
+    pub(super) fn axis(&self, name: &str, varied: &Varied) -> Result<Axis, SceneError> {
+        let path = format!("sweep.vary.{name}");
+        let known = self.problem.model.parameters();
+        let entry = |letter: char| {
+            let j: usize = name.strip_prefix(letter)?.parse().ok()?;
+            (1..=self.problem.model.degrees()).contains(&j).then(|| j - 1)
+        };
+        let target = if known.contains(&name) {
+            Target::Parameter
+        } else if let Some(j) = entry('q') {
+            Target::Coordinate(j)
+        } else if let Some(j) = entry('p') {
+            Target::Momentum(j)
+        } else {
+            let entries = ["q1", "p1"].into_iter();
+            let known = known.into_iter().chain(entries).map(str::to_owned).collect();
+            let what = "parameter or initial value";
+            return self.refuse(&path, SceneProblem::Unknown { what, name: name.into(), known });
+        };
+        let of_drive = self.document.drive.as_ref().and_then(|drive| drive.parameters.get(name));
+        if let Some(Expression::Text(_)) = of_drive.or(self.document.system.parameters.get(name)) {
+            let why = "it is computed from other parameters";
+            return self.refuse(&path, SceneProblem::NotVaried { name: name.into(), why });
+        }
+        Ok(Axis { name: name.into(), target, values: self.values(&path, varied)? })
+    }
+
+    fn values(&self, path: &str, varied: &Varied) -> Result<Values, SceneError> {
+        let table = match varied {
+            Varied::List(list) if list.is_empty() => {
+                return self.refuse(path, SceneProblem::Empty { what: "value" });
+            }
+            Varied::List(list) => {
+                self.list(path, list, |_| Ok(()))?;
+                return Ok(Values::Listed(list.clone()));
+            }
+            Varied::Table(table) => table,
+        };
+        let ranged = table.count.is_some() || table.from.is_some() || table.to.is_some();
+        let refuse = |key: &'static str, value: f64, range: &'static str| {
+            self.refuse(&format!("{path}.{key}"), SceneProblem::Range { name: key, value, range })
+        };
+        match (ranged || table.scale.is_some(), table.uniform, table.normal) {
+            (true, None, None) => {
+                let missing = |key: &str| SceneProblem::Missing { key: key.into() };
+                let (Some(from), Some(to), Some(count)) = (table.from, table.to, table.count)
+                else {
+                    let given = [
+                        ("from", table.from.is_some()),
+                        ("to", table.to.is_some()),
+                        ("count", table.count.is_some()),
+                    ];
+                    let key = given.into_iter().find(|x| !x.1).map_or("count", |x| x.0);
+                    return self.refuse(path, missing(key));
+                };
+                let scale = table.scale.unwrap_or(Spacing::Linear);
+                self.range(path, (from, to), count, scale, f64::NEG_INFINITY).map(Values::Listed)
+            }
+            (false, Some([low, high]), None) => match Uniform::new(low, high) {
+                Ok(uniform) if low < high => Ok(Values::Uniform(uniform)),
+                _ => refuse("uniform", low, "below the other bound, both finite"),
+            },
+            (false, None, Some([mean, deviation])) => match Normal::new(mean, deviation) {
+                Ok(normal) if mean.is_finite() && deviation.is_finite() => {
+                    Ok(Values::Normal(normal))
+                }
+                _ => refuse("normal", deviation, "a mean and a positive standard deviation"),
+            },
+            _ => self.refuse(path, SceneProblem::OneForm),
+        }
+    }
+
+    /// The number of draws at each combination of listed values.
+    pub(super) fn samples(&self, table: &SweepTable, axes: &[Axis]) -> Result<u64, SceneError> {
+        let random = axes.iter().any(|axis| !matches!(axis.values, Values::Listed(_)));
+        match table.samples {
+            Some(0) => {
+                let (name, range) = ("samples", "at least 1");
+                self.refuse("sweep.samples", SceneProblem::Range { name, value: 0.0, range })
+            }
+            Some(_) if !random => {
+                let (key, why) = ("samples", "nothing is random");
+                self.refuse("sweep.samples", SceneProblem::Misplaced { key, why })
+            }
+            None if random => self.refuse("sweep", SceneProblem::Missing { key: "samples".into() }),
+            samples => Ok(samples.unwrap_or(1)),
+        }
+    }
+}
