@@ -93,7 +93,7 @@ impl Readings {
     }
 
     fn find(&self, of: &str, what: &str) -> Option<&Found> {
-        self.0.iter().find(|one| one.of == of && one.what == what).map(|one| &one.found)
+        self.0.iter().find(|one| one.what == what && one.of == of).map(|one| &one.found)
     }
 
     /// The number `what` of the subject `of`. It is NaN if missing, so that no comparison with it
