@@ -48,7 +48,7 @@ impl Attractor {
         if points.len() < 2 {
             return None;
         }
-        let size = points.iter().map(|point| largest(point)).fold(0.0, f64::max);
+        let size = points.iter().map(|point| max_norm(point)).fold(0.0, f64::max);
         let at_rest = AT_REST * start_size;
         let same = |a: &[f64], b: &[f64]| far(periods, a, b) <= at_rest.max(SAME * size);
         let repeats = |&k: &usize| (k..points.len()).all(|i| same(&points[i], &points[i - k]));
@@ -125,7 +125,7 @@ impl Kind {
 }
 
 /// The largest magnitude.
-pub fn largest(x: &[f64]) -> f64 {
+pub fn max_norm(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 

@@ -11,7 +11,7 @@ use crate::sheet::{ReportError, Sheet, spaced};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
 use afterbay_analysis::study::Problem;
-use afterbay_analysis::study::attractor::{Attractor, Kind, largest};
+use afterbay_analysis::study::attractor::{Attractor, Kind, max_norm};
 use afterbay_analysis::study::bifurcation::{self, Bifurcation, Column, Diagram};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::Ending;
@@ -119,7 +119,7 @@ fn points(diagram: &Diagram) -> Vec<(f64, f64)> {
 /// The attractor of each value, if its run got far enough.
 fn kinds(study: &Bifurcation, diagram: &Diagram) -> Vec<Option<Attractor>> {
     let Problem { model, q, p, .. } = &study.problem;
-    let (periods, start_size) = (model.periods(), largest(q).max(largest(p)));
+    let (periods, start_size) = (model.periods(), max_norm(q).max(max_norm(p)));
     let of = |column: &Column| {
         let points = column.points.iter().map(|point| point.concat()).collect();
         let attractor = Attractor::of(points, &periods, start_size);

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, largest};
+use afterbay_analysis::study::attractor::{Attractor, max_norm};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
 use afterbay_analysis::study::poincare::{self, Poincare, Portrait};
@@ -135,7 +135,7 @@ fn attractors(study: &Poincare, portrait: &Portrait) -> Vec<Option<Attractor>> {
         let rows = portrait.rows.iter().filter(|row| row.start == start + 1);
         let points = rows.map(|row| [&row.q[..], &row.p].concat()).collect();
         let done = portrait.endings[start].is_completed();
-        let start_size = largest(&study.starts[start].concat());
+        let start_size = max_norm(&study.starts[start].concat());
         Attractor::of(points, &periods, start_size).filter(|_| done)
     };
     (0..portrait.endings.len()).map(of_start).collect()

@@ -9,7 +9,7 @@ use super::CycleFailure;
 use crate::Model;
 use crate::progress::Progress;
 use crate::study::Problem;
-use crate::study::attractor::{Attractor, Kind, largest};
+use crate::study::attractor::{Attractor, Kind, max_norm};
 use crate::study::section::{Section, nearest};
 use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef};
 use afterbay_methods::registry::{Row, Run};
@@ -93,7 +93,7 @@ impl Walk<'_> {
                     self.period(grid)?;
                     points.push(self.point().concat());
                 }
-                let attractor = Attractor::of(points, &model.periods(), largest(&first));
+                let attractor = Attractor::of(points, &model.periods(), max_norm(&first));
                 match attractor.map(|attractor| attractor.kind) {
                     Some(Kind::Period(multiple)) => multiple as u64,
                     _ => return Err(CycleFailure::NoPeriod { periods: PERIODS }),
@@ -131,7 +131,7 @@ impl Walk<'_> {
     /// [`CycleFailure::AtRest`]
     fn is_in_motion(&self, extent: f64, first: &[f64], from: &[f64]) -> Result<(), CycleFailure> {
         let came = from.iter().zip(first).map(|(a, b)| a - b).collect::<Vec<_>>();
-        if extent <= AT_REST * largest(&came).max(largest(from)) {
+        if extent <= AT_REST * max_norm(&came).max(max_norm(from)) {
             let (q, p) = from.split_at(self.dof);
             return Err(CycleFailure::AtRest { q: q.to_vec(), p: p.to_vec() });
         }
@@ -179,7 +179,7 @@ impl Walk<'_> {
         let start = self.done;
         self.take(grid, &mut |step, state| {
             let off = off(state);
-            extent = extent.max(largest(&off));
+            extent = extent.max(max_norm(&off));
             let Some(normal) = &normal else {
                 normal = (step > start).then(|| off.clone());
                 return ControlFlow::Continue(());
@@ -192,7 +192,7 @@ impl Walk<'_> {
                 let share = below / (below - height);
                 let there: Vec<f64> =
                     last.iter().zip(&off).map(|(a, b)| a + share * (b - a)).collect();
-                let distance = largest(&there) / extent;
+                let distance = max_norm(&there) / extent;
                 closest = closest.min(distance);
                 if distance <= CLOSE {
                     found = Some(((step - start - 1) as f64 + share) * h);
