@@ -18,7 +18,7 @@ mod scene;
 mod shard;
 mod table;
 
-use afterbay_experiments::experiment::Task;
+use afterbay_experiments::scene::Task;
 use arguments::{Arguments, Command, Format};
 use clap::{CommandFactory, Parser};
 use failure::Failure;

@@ -5,8 +5,9 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::{experiment, interrupt, shard};
 use afterbay_experiments::data::DataFormat;
-use afterbay_experiments::experiment::{Task, perform, plan};
+use afterbay_experiments::experiment::{perform, plan};
 use afterbay_experiments::journal::Journal;
+use afterbay_experiments::scene::Task;
 use std::path::Path;
 use std::process::ExitCode;
 

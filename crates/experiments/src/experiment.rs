@@ -12,7 +12,6 @@ mod declared;
 mod energy;
 mod figures;
 mod global_orders;
-mod ledger;
 mod limit_cycle;
 mod local_orders;
 mod long_run;
@@ -27,12 +26,12 @@ mod trajectories;
 mod work;
 
 pub use about::stops;
-pub use ledger::{Afresh, Ledger, checkpoint, under_way};
 
 use crate::claim::Finding;
+use crate::journal::{Afresh, Ledger};
 use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::{Block, Report};
-use crate::scene::{Scene, Studies};
+use crate::scene::{Scene, Studies, Task};
 use crate::sheet::{ReportError, Sheet};
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::study::cell::Cell;
@@ -41,30 +40,9 @@ use afterbay_analysis::study::pick::Pick;
 use afterbay_core::{InputError, IntegrateError};
 use afterbay_methods::registry::Row;
 use declared::Boxed;
-use serde::{Deserialize, Serialize};
 
 /// All results of an experiment, and its findings.
 pub type Results = (Output, Vec<Finding>);
-
-/// What is done with a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Task {
-    /// The trajectories of `[run]`.
-    Run,
-    /// The studies.
-    Study,
-}
-
-impl Task {
-    /// The name of its command.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Run => "run",
-            Self::Study => "study",
-        }
-    }
-}
 
 /// Computes the trajectories of a scene.
 ///

@@ -12,15 +12,16 @@
 mod error;
 mod folder;
 mod header;
+mod ledger;
 mod line;
 mod shard;
 
 pub use error::JournalError;
 pub use header::Header;
+pub use ledger::{Afresh, Ledger, checkpoint, under_way};
 pub use shard::Shard;
 
-use crate::experiment::{Ledger, Task, under_way};
-use crate::scene::Scene;
+use crate::scene::{Scene, Task};
 use afterbay_analysis::rows::Shelf;
 use afterbay_analysis::study::cell::Cell;
 use folder::{files, forget, held, keep_scene, kept_scene, lock};

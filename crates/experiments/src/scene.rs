@@ -15,6 +15,7 @@ mod problem;
 mod source;
 mod sweep;
 mod system;
+mod task;
 
 pub use document::Document;
 pub use plan::{
@@ -25,6 +26,7 @@ pub(crate) use problem::suggestion;
 pub use problem::{SceneError, SceneProblem};
 
 pub use sweep::Sweep;
+pub use task::Task;
 
 use crate::UnitsTable;
 use crate::record::hash_of;

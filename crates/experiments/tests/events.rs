@@ -3,7 +3,8 @@
 #![cfg(test)]
 
 use afterbay_analysis::progress::{Progress, Silent};
-use afterbay_analysis::study::events::{self, EventRow, Steps};
+use afterbay_analysis::study::events::{self, EventRow};
+use afterbay_analysis::study::trajectory::Steps;
 use afterbay_analysis::study::trajectory::{self, Trajectory};
 use afterbay_experiments::ReportError;
 use afterbay_experiments::experiment::{self, Results};

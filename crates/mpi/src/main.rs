@@ -7,11 +7,11 @@
 
 use afterbay_experiments::ReportError;
 use afterbay_experiments::data::DataFormat;
-use afterbay_experiments::experiment::{Cells, Ledger, Task, perform};
-use afterbay_experiments::journal::{Journal, JournalError, Shard, Start};
+use afterbay_experiments::experiment::{Cells, perform};
+use afterbay_experiments::journal::{Journal, JournalError, Ledger, Shard, Start};
 use afterbay_analysis::progress::Progress;
 use afterbay_experiments::record::{StorageError, prepare};
-use afterbay_experiments::scene::{MOST_BYTES, Scene, text};
+use afterbay_experiments::scene::{MOST_BYTES, Scene, Task, text};
 use clap::Parser;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Source};
 use signal_hook::consts::{SIGINT, SIGTERM};

@@ -7,7 +7,7 @@ mod leg;
 pub use function::Function;
 pub use leg::advance;
 
-use super::trajectory::{Legs, Trajectory};
+use super::trajectory::{Legs, Steps, Trajectory};
 use super::{PUMPED, Problem, numbered};
 use crate::Model;
 use crate::progress::Progress;
@@ -75,21 +75,6 @@ pub fn columns(model: &Model) -> Vec<String> {
     let pumped = model.has_clock().then(|| PUMPED.to_owned());
     first.chain(parts).chain(pumped).chain(["H".into(), "K".into()]).collect()
 }
-
-/// The steps of a run: of size h, and of a method with a tolerance the runs between them.
-#[derive(Clone, Copy, Debug)]
-pub struct Steps {
-    /// The size of a step.
-    pub h: f64,
-    /// The number of steps between two states that are kept.
-    pub every: u64,
-    /// The tolerance of methods that choose their steps.
-    pub tolerance: f64,
-}
-
-/// The steps of a leg that is computed step by step, times degrees of freedom. A choice: such a
-/// step may be a run within a tolerance.
-pub(super) const SINGLE_STEPS: u64 = 1 << 16;
 
 /// Runs a method and looks for events in every step.
 ///

@@ -7,7 +7,6 @@ pub use legs::{Keep, Legs};
 pub(super) use legs::{KeptState, of_run};
 pub use samples::dense;
 
-use super::events::Steps;
 use super::outcome::Ending;
 use super::{PUMPED, Problem, numbered};
 use crate::progress::Progress;
@@ -18,6 +17,21 @@ use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
+
+/// The steps of a run: of size h, and of a method with a tolerance the runs between them.
+#[derive(Clone, Copy, Debug)]
+pub struct Steps {
+    /// The size of a step.
+    pub h: f64,
+    /// The number of steps between two states that are kept.
+    pub every: u64,
+    /// The tolerance of methods that choose their steps.
+    pub tolerance: f64,
+}
+
+/// The steps of a leg that is computed step by step, times degrees of freedom. A choice: such a
+/// step may be a run within a tolerance.
+pub(super) const SINGLE_STEPS: u64 = 1 << 16;
 
 /// A row of `trajectory.csv`, under the [`columns`].
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -2,8 +2,7 @@
 //! section of the report.
 
 use super::is_of_reference;
-use super::ledger::{Ledger, checkpoint};
-use crate::journal::JournalError;
+use crate::journal::{JournalError, Ledger, checkpoint};
 use crate::sheet::{ReportError, Sheet};
 use afterbay_analysis::progress::{Progress, Weighted};
 use afterbay_analysis::rows::Shelf;

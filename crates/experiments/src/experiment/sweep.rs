@@ -1,14 +1,13 @@
 //! Everything repeated at the points of a sweep: one table of each kind, with the values of a point
 //! before its rows, and charts of what changes from point to point.
 
-use super::Task;
 use super::declared::{Boxed, section};
-use super::ledger::Afresh;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Found, Readings, Said};
+use crate::journal::Afresh;
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::Verdict;
-use crate::scene::{Scene, Sweep};
+use crate::scene::{Scene, Sweep, Task};
 use crate::sheet::{ReportError, Sheet, marked};
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::study::cell::{Cell, Study};

@@ -1,6 +1,6 @@
 //! The first line of a journal.
 
-use crate::experiment::Task;
+use crate::scene::Task;
 use serde::{Deserialize, Serialize};
 
 /// The version of the format.

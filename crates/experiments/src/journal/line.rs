@@ -75,7 +75,7 @@ impl Content {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::Task;
+    use crate::scene::Task;
     use proptest::prelude::*;
 
     fn read(bytes: &[u8]) -> Result<Content, JournalError> {

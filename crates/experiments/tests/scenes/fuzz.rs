@@ -6,8 +6,8 @@
 //! changes.
 
 use crate::{SOON, bad, soon};
-use afterbay_experiments::experiment::{Task, plan};
-use afterbay_experiments::scene::{MOST_BYTES, Scene, text};
+use afterbay_experiments::experiment::plan;
+use afterbay_experiments::scene::{MOST_BYTES, Scene, Task, text};
 use proptest::prelude::*;
 
 /// Tokens inserted into valid scenes.

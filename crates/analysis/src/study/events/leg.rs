@@ -1,11 +1,12 @@
 //! The next leg of a run with events.
 
 use super::function::Value;
-use super::{Action, EventPlan, EventRow, SINGLE_STEPS, Steps};
+use super::{Action, EventPlan, EventRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::outcome::{Ending, INTERRUPTED};
 use crate::study::trajectory::{Keep, KeptState, Legs, TrajectoryRow, of_run};
+use crate::study::trajectory::{SINGLE_STEPS, Steps};
 use afterbay_core::{
     Abilities, Event, EventState, Grid, Happen, IntegrateError, StateRef, Tolerance,
     integrate_with_events,

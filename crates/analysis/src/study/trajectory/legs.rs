@@ -1,9 +1,8 @@
 //! A run in legs: a stopped one goes on where a leg ended.
 
-use super::TrajectoryRow;
+use super::{Steps, TrajectoryRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
-use crate::study::events::Steps;
 use crate::study::outcome::Ending;
 use crate::words::{Word, word as read_word};
 use afterbay_core::{Grid, IntegrateError, RunError, STEPS_OF_BLOCK, State, StateRef, Tolerance};

@@ -1,10 +1,9 @@
 //! States between the steps of a run.
 
 use super::legs::{Keep, KeptState, Legs};
-use super::{Trajectory, TrajectoryRow};
+use super::{SINGLE_STEPS, Steps, Trajectory, TrajectoryRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
-use crate::study::events::{SINGLE_STEPS, Steps};
 use crate::study::outcome::Ending;
 use afterbay_core::{Grid, IntegrateError, RunError, State, StateRef, Step, Tolerance};
 use afterbay_methods::registry::Row;

@@ -2,9 +2,9 @@
 
 use super::where_they_went;
 use crate::claim::Readings;
-use crate::experiment::{Ledger, Task, checkpoint, perform, plan};
-use crate::journal::{Journal, Shard, Start};
-use crate::scene::Scene;
+use crate::experiment::{perform, plan};
+use crate::journal::{Journal, Ledger, Shard, Start, checkpoint};
+use crate::scene::{Scene, Task};
 use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::outcome::COMPLETED;
 use std::io::Read;

@@ -1,6 +1,6 @@
 //! Where the results of cells are kept, and which cells are computed here.
 
-use crate::journal::JournalError;
+use super::JournalError;
 use afterbay_analysis::rows::Shelf;
 use std::time::Duration;
 

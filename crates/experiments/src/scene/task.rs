@@ -1,0 +1,23 @@
+//! What is done with a scene.
+
+use serde::{Deserialize, Serialize};
+
+/// What is done with a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Task {
+    /// The trajectories of `[run]`.
+    Run,
+    /// The studies.
+    Study,
+}
+
+impl Task {
+    /// The name of its command.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Run => "run",
+            Self::Study => "study",
+        }
+    }
+}
