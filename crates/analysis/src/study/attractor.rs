@@ -13,6 +13,13 @@ const AT_REST: f64 = 1e-8;
 const ALIKE: f64 = 0.05;
 /// The least number of returns after which a cycle must repeat.
 const REPEATS: usize = 2;
+/// The least number of points that show whether a motion is still settling, and the longest cycle,
+/// in returns, that it is seen to approach.
+const LEAST_SETTLING: usize = 32;
+const LONGEST_APPROACHED: usize = 8;
+/// The largest share of the distances that is left in the last quarter of the points of a motion
+/// that is still settling. A choice: of a thousand stretches of chaos, three at most show less.
+const LEFT: f64 = 0.2;
 /// The most points of each set that are compared.
 const MOST_COMPARED: usize = 400;
 
@@ -54,6 +61,27 @@ impl Attractor {
         let repeats = |&k: &usize| (k..points.len()).all(|i| same(&points[i], &points[i - k]));
         let kind = (1..=points.len() / REPEATS).find(repeats).map_or(Kind::Aperiodic, Kind::Period);
         Some(Self { points, periods: periods.to_vec(), kind, size, at_rest })
+    }
+
+    /// The kind in words; of a motion that has no period since it still approaches a cycle, that.
+    pub fn describe(&self) -> String {
+        if self.is_settling() { "still settling".into() } else { self.kind.describe() }
+    }
+
+    /// Whether the motion, which has no period, still approaches a cycle: for some number of returns
+    /// the largest distance of points that far apart in time falls from each quarter of the points
+    /// to the next, and to a fifth at most in all.
+    pub fn is_settling(&self) -> bool {
+        let Self { points, periods, kind: Kind::Aperiodic, .. } = self else { return false };
+        let approaches = |k: usize| {
+            let moves: Vec<_> =
+                points.windows(k + 1).map(|passed| far(periods, &passed[k], &passed[0])).collect();
+            let quarters: Vec<_> = moves.chunks(moves.len().div_ceil(4)).map(max_norm).collect();
+            let falls = quarters.windows(2).all(|pair| pair[1] < pair[0]);
+            falls && quarters[quarters.len() - 1] <= LEFT * quarters[0]
+        };
+        let longest = LONGEST_APPROACHED.min(points.len() / LEAST_SETTLING);
+        (1..=longest).any(approaches)
     }
 
     /// q and p of its points.
@@ -164,6 +192,43 @@ mod tests {
         assert!(decayed.is_like(&more) && more.is_like(&decayed));
         let small = attractor(&[4e-4, -2e-4, 1e-4, -5e-5]);
         assert!(small.kind == Kind::Aperiodic && !small.is_like(&more));
+    }
+
+    #[test]
+    fn what_approaches_a_cycle_is_still_settling() {
+        let points = |count: usize, x: &dyn Fn(f64) -> f64| {
+            attractor(&(0..count).map(|n| x(n as f64)).collect::<Vec<_>>())
+        };
+        let decay = |n: f64| (-0.1 * n).exp();
+        let wave = |n: f64| (2.0 * n).cos();
+        let of_two = |n: f64| if n % 2.0 == 0.0 { 1.0 } else { -0.5 };
+        for count in [32, 40, 100] {
+            assert!(points(count, &decay).is_settling(), "{count}");
+        }
+        assert!(points(100, &|n| 1.0 + decay(n) * wave(n)).is_settling());
+        assert!(points(100, &|n| of_two(n) + 0.1 * decay(n)).is_settling());
+        // A motion that grows, a torus, one with few points, and one that has settled.
+        assert!(!points(100, &|n| 1e-3 / decay(n)).is_settling());
+        assert!(!points(100, &wave).is_settling());
+        assert!(!points(31, &decay).is_settling());
+        assert!(!points(1000, &|_| 1.0).is_settling());
+        assert_eq!(points(100, &decay).describe(), "still settling");
+    }
+
+    #[test]
+    fn chaos_is_not_still_settling() {
+        for (count, most) in [(32, 3), (60, 3), (200, 1)] {
+            let settling = (1..1000).filter(|&seed| {
+                let mut x = f64::from(seed) / 1000.0;
+                let next = |_| {
+                    x = 3.9 * x * (1.0 - x);
+                    x
+                };
+                attractor(&(0..count).map(next).collect::<Vec<_>>()).is_settling()
+            });
+            let settling = settling.count();
+            assert!(settling <= most, "{settling} of {count} points");
+        }
     }
 
     #[test]

@@ -130,10 +130,11 @@ fn kinds(study: &Bifurcation, diagram: &Diagram) -> Vec<Option<Attractor>> {
 
 /// The values at which the period changes, in words.
 fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> String {
-    let kind = |i: usize| kinds[i].as_ref().map(|found| found.kind);
-    let word = |kind: Option<Kind>| match kind {
-        Some(Kind::Period(period)) => period.to_string(),
-        Some(Kind::Aperiodic) => "none".into(),
+    let kind = |i: usize| kinds[i].as_ref().map(|found| (found.kind, found.is_settling()));
+    let word = |kind: Option<(Kind, bool)>| match kind {
+        Some((Kind::Period(period), _)) => period.to_string(),
+        Some((Kind::Aperiodic, true)) => "none yet".into(),
+        Some((Kind::Aperiodic, false)) => "none".into(),
         None => "failed".into(),
     };
     let all: Vec<String> = (1..kinds.len())

@@ -145,7 +145,7 @@ fn attractors(study: &Poincare, portrait: &Portrait) -> Vec<Option<Attractor>> {
 fn kinds(attractors: &[Option<Attractor>]) -> String {
     let mut found: Vec<String> = Vec::new();
     for attractor in attractors {
-        let kind = attractor.as_ref().map_or("none".into(), |found| found.kind.describe());
+        let kind = attractor.as_ref().map_or("none".into(), Attractor::describe);
         if !found.contains(&kind) {
             found.push(kind);
         }
@@ -169,5 +169,9 @@ fn what_is_seen(r: &Readings) -> Said {
         format!("{label}: {kinds}{beside}{end}")
     };
     let right = all_zero(r, "other attractors") && all_completed(r, "attractors");
-    (note(right), r.each("attractors", one))
+    let mut said = r.each("attractors", one);
+    if r.of_all("attractors").iter().any(|of| r.word(of, "attractors").contains("still settling")) {
+        said += " A longer transient shows where a motion that is still settling comes to.";
+    }
+    (note(right), said)
 }
