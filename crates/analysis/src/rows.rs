@@ -33,7 +33,7 @@ impl Shelf {
     }
 }
 
-/// What prevents rows from being kept.
+/// An error in keeping the rows of a table.
 #[derive(Debug, Error)]
 pub enum RowsError {
     /// A file could not be read or written.
@@ -44,7 +44,7 @@ pub enum RowsError {
         /// Why.
         source: io::Error,
     },
-    /// A row cannot be put in words.
+    /// A row cannot be written as CSV.
     #[error("a result cannot be written: {why}")]
     Unwritten {
         /// Why.

@@ -144,7 +144,8 @@ fn second(state: StateRef<'_, f64>) -> f64 {
     state.q[1]
 }
 
-/// Steps that divide the time of the zero, steps that do not, and steps that end a rounding from it.
+/// Steps that divide the time of the zero, steps that do not, and steps that end a rounding from
+/// it.
 const STEPS: [(f64, u64); 7] = [
     (0.25, 20),
     (0.1, 50),

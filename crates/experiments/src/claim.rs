@@ -34,6 +34,16 @@ pub enum Found {
     Nothing,
 }
 
+impl Found {
+    /// The number; NaN if it is none.
+    fn number(&self) -> f64 {
+        match self {
+            Self::Number(number) => *number,
+            Self::Word(_) | Self::Nothing => f64::NAN,
+        }
+    }
+}
+
 impl From<f64> for Found {
     fn from(number: f64) -> Self {
         if number.is_nan() { Self::Nothing } else { Self::Number(number) }
@@ -99,10 +109,7 @@ impl Readings {
     /// The number `what` of the subject `of`. It is NaN if missing, so that no comparison with it
     /// holds.
     pub fn number(&self, of: &str, what: &str) -> f64 {
-        match self.find(of, what) {
-            Some(Found::Number(number)) => *number,
-            _ => f64::NAN,
-        }
+        self.find(of, what).map_or(f64::NAN, Found::number)
     }
 
     /// The word `what` of the subject `of`; empty if missing.
@@ -125,7 +132,8 @@ impl Readings {
 
     /// The numbers of the quantity `what` with their subjects; NaN where one is missing.
     pub(crate) fn numbers(&self, what: &str) -> Vec<(&str, f64)> {
-        self.of_all(what).into_iter().map(|of| (of, self.number(of, what))).collect()
+        let all = self.0.iter().filter(|one| one.what == what);
+        all.map(|one| (one.of.as_str(), one.found.number())).collect()
     }
 
     /// A sentence with a part about each subject that has the quantity `what`.

@@ -193,7 +193,7 @@ fn rests_on_its_readings(finding: &Finding, others: &Others) -> Result<(), Strin
 fn can_be_lost(finding: &Finding, others: &Others) -> Result<(), String> {
     let mut seen: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
     let mut chance = Chance(1);
-    for _ in 0..6000 {
+    for _ in 0..20_000 {
         let found = finding.again(others.some(&finding.readings, &mut chance));
         let verdict = match found.verdict {
             Verdict::Holds => "holds",

@@ -6,13 +6,10 @@
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::lyapunov::{Lyapunov, Spectrum, columns};
-use afterbay_analysis::study::tangent::Tangent;
-use afterbay_core::Quad;
 use afterbay_experiments::experiment;
 use afterbay_experiments::scene::Scene;
 use afterbay_methods::registry::{REFERENCE, Row, find};
 use std::f64::consts::TAU;
-use std::time::Instant;
 
 fn problem(system: &str, drive: &str, start: [f64; 2]) -> Problem {
     let [q, p] = start;
@@ -49,35 +46,6 @@ fn last(found: &Spectrum) -> (Vec<f64>, f64, f64, f64) {
     let row = found.rows.last().unwrap();
     let sum = row.sum.unwrap();
     (found.exponents().unwrap(), sum, row.mean_log_det.unwrap(), row.mean_divergence.unwrap())
-}
-
-/// µs a step, alone and with its derivative.
-#[test]
-#[ignore = "prints times"]
-fn cost_of_a_step_with_its_derivative() {
-    let problem = ueda();
-    let h = TAU / 64.0;
-    let all = ["moddg", "rk4", "increment-2", "gonzalez", "increment-4", "collocation-8"];
-    for row in all.map(row).into_iter().chain([&REFERENCE]) {
-        let run = problem.model.bind(row).unwrap();
-        let tangent = Tangent::new(&problem.model, row).unwrap();
-        let (mut state, mut lifted) =
-            (problem.start::<f64>().unwrap(), problem.start::<Quad>().unwrap());
-        let begin = Instant::now();
-        (0..20_000).for_each(|_| _ = run.step(h, &mut state).unwrap());
-        let alone = begin.elapsed().as_secs_f64() * 50.0;
-        let begin = Instant::now();
-        for _ in 0..2_000 {
-            drop(tangent.step_with_jacobian(Quad::from_f64(h), &mut lifted).unwrap());
-        }
-        let with = begin.elapsed().as_secs_f64() * 500.0;
-        let study = Lyapunov { problem: problem.clone(), transient: 0.0, time: 200.0, rows: 10 };
-        let begin = Instant::now();
-        let found = study.run(row, h, &Silent).unwrap();
-        let steps = 200.0 / found.h;
-        let whole = begin.elapsed().as_secs_f64() * 1e6 / steps;
-        println!("{:14} {alone:7.2} {with:7.2} {whole:7.2} µs a step", row.name);
-    }
 }
 
 /// With k = 1 and b = 3 the two exponents differ. Those of modDG are ln|μ|/h, with μ the

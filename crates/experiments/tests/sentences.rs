@@ -42,6 +42,36 @@ fn a_positive_exponent_of_a_motion_that_grows_is_no_chaos() {
     }
 }
 
+/// A linear oscillator under a drive has one attractor, of period 1, however long it takes.
+#[test]
+fn a_motion_that_is_still_settling_is_not_said_to_have_no_period() {
+    let said = |b: f64, study: &str| {
+        let system = format!(
+            "name = \"damped-oscillator\"\nparameters = {{ k = 1.0, b = {b:?} }}\n[drive]\n\
+             force = [\"0.3*cos(1.3*t)\"]"
+        );
+        let task = format!(
+            "[study.{study}]\nmethods = [\"moddg\"]\nsteps = [0.1]\ntransient = 20\npoints = 60\n"
+        );
+        let values = if study == "bifurcation" {
+            "parameter = { name = \"k\", from = 1.0, to = 1.1, count = 2 }"
+        } else {
+            ""
+        };
+        studied(&scene(&system, [1.0, 0.0], [100.0, 0.1], &(task + values)))
+    };
+    let slow = said(0.02, "poincare");
+    assert!(slow.contains("reference: still settling; moddg"), "{slow}");
+    assert!(
+        slow.contains("still settling, as the reference") && slow.contains("A longer transient")
+    );
+    let settled = said(0.4, "poincare");
+    assert!(settled.contains("period 1, as the reference"), "{settled}");
+    assert!(!settled.contains("transient"), "{settled}");
+    let diagram = said(0.02, "bifurcation");
+    assert!(diagram.contains("reference: period none yet throughout"), "{diagram}");
+}
+
 #[test]
 fn a_resonance_without_a_steady_motion_has_no_numbers() {
     let ueda = "name = \"duffing\"\nparameters = { alpha = 0.0, beta = 1.0, c = 0.05 }\n[drive]\n\

@@ -7,7 +7,8 @@
 //! that fits a system. [`Compensated`] prevents rounding errors from accumulating over very long
 //! runs.
 
-// What only the table of methods uses (`registry`).
+// The unit tests leave out the table of methods (`registry`), so that items used by it alone are
+// dead code there.
 #![cfg_attr(test, allow(dead_code, unused_imports))]
 
 mod adaptive;

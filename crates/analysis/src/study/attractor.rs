@@ -13,12 +13,14 @@ const AT_REST: f64 = 1e-8;
 const ALIKE: f64 = 0.05;
 /// The least number of returns after which a cycle must repeat.
 const REPEATS: usize = 2;
-/// The least number of points that show whether a motion is still settling, and the longest cycle,
-/// in returns, that it is seen to approach.
-const LEAST_SETTLING: usize = 32;
+/// The word for a motion that has no period because it still approaches a cycle.
+pub const SETTLING: &str = "still settling";
+/// The least number of points for each return of the cycle that a settling motion approaches.
+const POINTS_A_RETURN: usize = 32;
+/// The longest cycle, in returns, that a settling motion is seen to approach.
 const LONGEST_APPROACHED: usize = 8;
-/// The largest share of the distances that is left in the last quarter of the points of a motion
-/// that is still settling. A choice: of a thousand stretches of chaos, three at most show less.
+/// The largest distance of points in the last quarter of a settling motion, as a share of that in
+/// the first. A choice: at most three of a thousand stretches of the logistic map's chaos show less.
 const LEFT: f64 = 0.2;
 /// The most points of each set that are compared.
 const MOST_COMPARED: usize = 400;
@@ -48,9 +50,9 @@ pub struct Attractor {
 }
 
 impl Attractor {
-    /// The attractor that points show, each q and p in one vector; none if there are fewer than two.
-    /// `periods` are those of the coordinates, `start_size` is the largest |q_j| or |p_j| at the
-    /// start of the run.
+    /// The attractor that points show, each q and p in one vector; none if there are fewer than
+    /// two. `periods` are those of the coordinates, `start_size` is the largest |q_j| or |p_j| at
+    /// the start of the run.
     pub fn of(points: Vec<Vec<f64>>, periods: &[Option<f64>], start_size: f64) -> Option<Self> {
         if points.len() < 2 {
             return None;
@@ -63,14 +65,14 @@ impl Attractor {
         Some(Self { points, periods: periods.to_vec(), kind, size, at_rest })
     }
 
-    /// The kind in words; of a motion that has no period since it still approaches a cycle, that.
+    /// The kind in words, or [`SETTLING`].
     pub fn describe(&self) -> String {
-        if self.is_settling() { "still settling".into() } else { self.kind.describe() }
+        if self.is_settling() { SETTLING.into() } else { self.kind.describe() }
     }
 
-    /// Whether the motion, which has no period, still approaches a cycle: for some number of returns
-    /// the largest distance of points that far apart in time falls from each quarter of the points
-    /// to the next, and to a fifth at most in all.
+    /// Whether the motion has no period because it still approaches a cycle. For some number of
+    /// returns k, the largest distance of points k returns apart then falls from each quarter of
+    /// the points to the next, and to a fifth at most in all.
     pub fn is_settling(&self) -> bool {
         let Self { points, periods, kind: Kind::Aperiodic, .. } = self else { return false };
         let approaches = |k: usize| {
@@ -80,7 +82,7 @@ impl Attractor {
             let falls = quarters.windows(2).all(|pair| pair[1] < pair[0]);
             falls && quarters[quarters.len() - 1] <= LEFT * quarters[0]
         };
-        let longest = LONGEST_APPROACHED.min(points.len() / LEAST_SETTLING);
+        let longest = LONGEST_APPROACHED.min(points.len() / POINTS_A_RETURN);
         (1..=longest).any(approaches)
     }
 
@@ -212,7 +214,7 @@ mod tests {
         assert!(!points(100, &wave).is_settling());
         assert!(!points(31, &decay).is_settling());
         assert!(!points(1000, &|_| 1.0).is_settling());
-        assert_eq!(points(100, &decay).describe(), "still settling");
+        assert_eq!(points(100, &decay).describe(), SETTLING);
     }
 
     #[test]

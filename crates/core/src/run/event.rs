@@ -213,7 +213,7 @@ enum First {
     None,
 }
 
-/// Where in a step a function reaches zero.
+/// The way in which a function reaches zero within a step.
 enum Way {
     /// It crosses zero between a share of the step, at which it has a value on its side, and the
     /// end: the share and the value.

@@ -92,8 +92,8 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Clocked<S> {
     }
 
     fn energy(&self, q: &[T], p: &[T]) -> T {
-        // The wrapped system adds p²/(2m) of every momentum. That of the clock is an energy, so 0 is
-        // passed in its place.
+        // The wrapped system adds p²/(2m) of every momentum. That of the clock is an energy, so 0
+        // is passed in its place.
         let (mut few, mut many) = ([T::zero(); FEW], Vec::new());
         let own = match few.get_mut(..p.len()) {
             Some(few) => few,

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, max_norm};
+use afterbay_analysis::study::attractor::{Attractor, SETTLING, max_norm};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
 use afterbay_analysis::study::poincare::{self, Poincare, Portrait};
@@ -170,8 +170,8 @@ fn what_is_seen(r: &Readings) -> Said {
     };
     let right = all_zero(r, "other attractors") && all_completed(r, "attractors");
     let mut said = r.each("attractors", one);
-    if r.of_all("attractors").iter().any(|of| r.word(of, "attractors").contains("still settling")) {
-        said += " A longer transient shows where a motion that is still settling comes to.";
+    if r.of_all("attractors").iter().any(|of| r.word(of, "attractors").contains(SETTLING)) {
+        said += " A longer transient shows what a motion that is still settling comes to.";
     }
     (note(right), said)
 }

@@ -1,8 +1,8 @@
-//! What is done with a scene.
+//! The two tasks of a scene: its trajectories and its studies.
 
 use serde::{Deserialize, Serialize};
 
-/// What is done with a scene.
+/// The task that a command carries out on a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Task {

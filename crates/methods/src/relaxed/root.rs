@@ -59,8 +59,8 @@ impl<V: Vector> Chord<V> {
             return Ok(one);
         }
         let lost = (plain.excess - (now - total)).to_f64().abs();
-        // If the step changes K by roundings alone, they would decide γ, and move z by far more than
-        // a rounding.
+        // If the step changes K by roundings alone, they would decide γ, and move z by far more
+        // than a rounding.
         if lost <= TOLD_ROUNDINGS * unit && self.take_from_reservoir(direction, plain.excess) {
             return Ok(one);
         }
