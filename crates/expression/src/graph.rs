@@ -212,7 +212,7 @@ impl Graph {
         &self,
         nodes: &[Node],
         parameters: &[T],
-        input: impl Fn(Input) -> T,
+        input: &dyn Fn(Input) -> T,
     ) -> HashMap<Node, T> {
         let mut values: HashMap<Node, T> = HashMap::with_capacity(nodes.len());
         for &node in nodes {

@@ -80,6 +80,6 @@ pub use parse::{
     parse,
 };
 pub use point::Point;
-pub use program::{BLOCK, Program, REGISTERS, TooManyRegisters};
+pub use program::{BLOCK, Program, REGISTERS, TooManyRegisters, is_wide};
 pub use ridge::{Base, Form, Ridge};
 pub use structure::{Degrees, Sign};

@@ -109,7 +109,7 @@ pub fn evaluate(
         ..Names::of(&known)
     };
     let node = parse(&mut graph, &names, text)?.node;
-    let values = graph.evaluate(&graph.all(&[node]), &values, |_| 0.0);
+    let values = graph.evaluate(&graph.all(&[node]), &values, &|_| 0.0);
     Ok(values.get(&node).copied().unwrap_or(f64::NAN))
 }
 

@@ -94,6 +94,12 @@ pub struct Program {
     pub(super) registers: usize,
 }
 
+/// Whether an operation on `T` costs so much more than one on `f64` that a call per run, and
+/// decoding an instruction for each point, are negligible beside it.
+pub const fn is_wide<T>() -> bool {
+    size_of::<T>() > size_of::<f64>()
+}
+
 /// A program needs more than [`REGISTERS`] values at one time.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error("more than {REGISTERS} values are needed at one time")]
@@ -165,7 +171,7 @@ impl Program {
     /// # Panics
     /// If the program mentions a parameter beyond the last.
     pub fn frame<T: Scalar>(&self, graph: &Graph, parameters: &[T]) -> Vec<T> {
-        let values = graph.evaluate(&graph.all(&self.frame), parameters, |_| T::zero());
+        let values = graph.evaluate(&graph.all(&self.frame), parameters, &|_| T::zero());
         let mut frame: Vec<T> = self.frame.iter().filter_map(|x| values.get(x).copied()).collect();
         frame.resize(frame.len().next_multiple_of(BLOCK), T::zero());
         frame
@@ -182,9 +188,9 @@ impl Program {
     /// If the program reads beyond the end of a part of the point.
     #[inline]
     pub fn results<T: Scalar, const K: usize>(&self, frame: &[T], point: &Point<'_, T>) -> [T; K] {
-        if self.registers > SMALL {
+        if const { is_wide::<T>() } || self.registers > SMALL {
             let mut results = [T::zero(); K];
-            self.large(frame, point, &mut results, &mut |_, _| {});
+            self.shared(frame, point, &mut results, &mut |_, _| {});
             return results;
         }
         // Arrays of their own, which the compiler keeps in the processor's registers.
@@ -194,10 +200,10 @@ impl Program {
         results
     }
 
-    /// Runs a program that needs many registers. A separate function, so that a small program does
-    /// not reserve them, and one for all callers, since a long program hides the cost of the calls.
+    /// Runs a program with many registers or wide numbers. It is compiled once for all callers,
+    /// since such a program hides the cost of the calls.
     #[inline(never)]
-    fn large<T: Scalar, P: Points<T>>(
+    fn shared<T: Scalar, P: Points<T>>(
         &self,
         frame: &[T],
         points: &P,
@@ -205,17 +211,25 @@ impl Program {
         give: &mut dyn FnMut(u32, P::Value),
     ) {
         match self.registers {
-            0..=64 => {
-                let mut registers = [P::equal(T::zero()); 64];
-                self.execute(&mut registers, frame, points, give);
-                self.read(&registers, results);
-            }
-            _ => {
-                let mut registers = [P::equal(T::zero()); REGISTERS];
-                self.execute(&mut registers, frame, points, give);
-                self.read(&registers, results);
-            }
+            0..=SMALL => self.run_in::<T, P, SMALL>(frame, points, results, give),
+            0..=64 => self.run_in::<T, P, 64>(frame, points, results, give),
+            _ => self.run_in::<T, P, REGISTERS>(frame, points, results, give),
         }
+    }
+
+    /// Runs the program in N registers. A separate function, so that a program does not reserve
+    /// more of them than it needs.
+    #[inline(never)]
+    fn run_in<T: Scalar, P: Points<T>, const N: usize>(
+        &self,
+        frame: &[T],
+        points: &P,
+        results: &mut [P::Value],
+        give: &mut dyn FnMut(u32, P::Value),
+    ) {
+        let mut registers = [P::equal(T::zero()); N];
+        self.execute(&mut registers, frame, points, give);
+        self.read(&registers, results);
     }
 
     /// Reads the results at the end of a run.
@@ -258,8 +272,8 @@ impl Program {
         points: &P,
         mut give: impl FnMut(u32, P::Value),
     ) {
-        if self.registers > SMALL {
-            return self.large(frame, points, &mut [], &mut give);
+        if const { is_wide::<T>() } || self.registers > SMALL {
+            return self.shared(frame, points, &mut [], &mut give);
         }
         self.execute(&mut [P::equal(T::zero()); SMALL], frame, points, give);
     }

@@ -139,7 +139,7 @@ impl Graph {
 
     /// The sign of a node, by its form. It may be relative to the sign of the input `beside`;
     /// `closed` gives the signs of closed nodes.
-    pub fn sign(&self, of: Node, beside: Input, closed: impl Fn(Node) -> Sign) -> Sign {
+    pub fn sign(&self, of: Node, beside: Input, closed: &dyn Fn(Node) -> Sign) -> Sign {
         let mut signs: HashMap<Node, Sign> = HashMap::new();
         let cone = self.cone(&[of], Kinds::ALL);
         for node in cone {

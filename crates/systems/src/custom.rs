@@ -155,7 +155,7 @@ impl<T: Scalar> Custom<T> {
 
     /// Evaluates the parts that depend on the parameters alone.
     fn bind(shape: Arc<Shape>, parameters: Vec<T>) -> Self {
-        let closed = shape.graph.evaluate(&shape.closed, &parameters, |_| T::zero());
+        let closed = shape.graph.evaluate(&shape.closed, &parameters, &|_| T::zero());
         let at = |node: &Node| closed.get(node).copied().unwrap_or(T::zero());
         let masses: Vec<T> = shape.masses.iter().map(at).collect();
         let rates = match &shape.dissipation_kernel {
@@ -165,14 +165,15 @@ impl<T: Scalar> Custom<T> {
             DissipationKernel::Linear(_) | DissipationKernel::General { .. } => Vec::new(),
         };
         let structure = &shape.structure;
-        let signs = || passive::signs(&shape.graph, &shape.dissipations, at);
-        let zero = passive::zero(signs());
+        let sign = |node: Node| passive::sign(at(&node));
+        let signs = passive::signs(&shape.graph, &shape.dissipations, &sign);
+        let zero = passive::zero(&signs);
         let dissipation_form = if zero {
             DissipationForm::NONE
         } else {
             DissipationForm {
                 zero,
-                passive: passive::passive(signs(), shape.dof, shape.matrix.as_deref(), at),
+                passive: passive::passive(&signs, shape.dof, shape.matrix.as_deref(), at),
                 linear: structure.linear_dissipation,
                 coupled: structure.coupled_dissipation,
             }

@@ -33,7 +33,7 @@ pub(super) fn closed_are_finite<T: Scalar>(
     closed: &[Node],
     parameters: &[T],
 ) -> Result<(), CustomError> {
-    let values = graph.evaluate(closed, parameters, |_| T::zero());
+    let values = graph.evaluate(closed, parameters, &|_| T::zero());
     first_not_finite(places, |node| values.get(node).copied())
 }
 
@@ -56,7 +56,7 @@ pub(super) fn finite_at<T: Scalar, S: System<T>>(
     let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![T::zero(); n]);
     system.gradient(q, p, &mut hq, &mut hp);
     let operations: Vec<Node> = places.iter().map(|x| x.1).collect();
-    let values = graph.evaluate(&graph.all(&operations), parameters, |input| match input {
+    let values = graph.evaluate(&graph.all(&operations), parameters, &|input| match input {
         Input::Coordinate(j) => q[j as usize],
         Input::Momentum(j) => p[j as usize],
         Input::Velocity(j) => hp[j as usize],

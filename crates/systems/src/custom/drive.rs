@@ -142,7 +142,7 @@ impl CustomDrive<f64> {
     fn given_period(&self) -> Option<f64> {
         let node = self.shape.period?;
         let graph = &self.shape.graph;
-        graph.evaluate(&graph.all(&[node]), &self.parameters, |_| 0.0).get(&node).copied()
+        graph.evaluate(&graph.all(&[node]), &self.parameters, &|_| 0.0).get(&node).copied()
     }
 
     /// Compares the forces at some points with those one period later.
@@ -174,7 +174,7 @@ impl CustomDrive<f64> {
         let shape = &self.shape;
         let operations: Vec<Node> = shape.places.iter().map(|x| x.1).collect();
         let values =
-            shape.graph.evaluate(&shape.graph.all(&operations), &self.parameters, |input| {
+            shape.graph.evaluate(&shape.graph.all(&operations), &self.parameters, &|input| {
                 match input {
                     Input::Coordinate(j) => q[j as usize],
                     _ => t,
@@ -197,7 +197,7 @@ impl<T: Scalar> CustomDrive<T> {
     }
 
     fn bind(shape: Arc<Shape>, parameters: Vec<T>) -> Self {
-        let closed = shape.graph.evaluate(&shape.closed, &parameters, |_| T::zero());
+        let closed = shape.graph.evaluate(&shape.closed, &parameters, &|_| T::zero());
         let at = |node: &Node| closed.get(node).copied().unwrap_or(T::zero());
         let frames = shape.frames.iter().map(at).collect();
         let waves =

@@ -26,7 +26,7 @@ impl CustomFunction {
         let part = builder.one(&[node])?;
         let Builder { graph, frames, .. } = builder;
         let parameters: Vec<f64> = description.parameters.iter().map(|x| x.1).collect();
-        let values = graph.evaluate(&graph.all(&frames), &parameters, |_| 0.0);
+        let values = graph.evaluate(&graph.all(&frames), &parameters, &|_| 0.0);
         let frames = frames.iter().map(|node| values.get(node).copied().unwrap_or(0.0)).collect();
         Ok(Self { part, frames })
     }

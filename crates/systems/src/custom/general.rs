@@ -93,14 +93,15 @@ impl<T: Scalar> CustomGeneral<T> {
 
     /// Evaluates the parts that depend on the parameters alone.
     fn bind(shape: Arc<Shape>, parameters: Vec<T>) -> Self {
-        let closed = shape.graph.evaluate(&shape.closed, &parameters, |_| T::zero());
+        let closed = shape.graph.evaluate(&shape.closed, &parameters, &|_| T::zero());
         let at = |node: &Node| closed.get(node).copied().unwrap_or(T::zero());
-        let signs = || passive::signs(&shape.graph, &shape.dissipations, at);
-        let dissipation_form = if passive::zero(signs()) {
+        let sign = |node: Node| passive::sign(at(&node));
+        let signs = passive::signs(&shape.graph, &shape.dissipations, &sign);
+        let dissipation_form = if passive::zero(&signs) {
             DissipationForm::NONE
         } else {
             DissipationForm {
-                passive: passive::passive(signs(), shape.dof, shape.matrix.as_deref(), at),
+                passive: passive::passive(&signs, shape.dof, shape.matrix.as_deref(), at),
                 coupled: shape.coupled_dissipation,
                 ..DissipationForm::GENERAL
             }

@@ -36,7 +36,7 @@ pub(super) fn harmonics<T: Scalar>(
 ) -> Option<Harmonics<T>> {
     let closed: Vec<Node> =
         graph.all(&[root]).into_iter().filter(|&node| graph.closed(node)).collect();
-    let numbers = graph.evaluate(&closed, parameters, |_| T::zero());
+    let numbers = graph.evaluate(&closed, parameters, &|_| T::zero());
     let mut courses: HashMap<Node, Course<T>> = HashMap::new();
     for node in graph.cone(&[root], Kinds::ALL) {
         let at = |x: Node| match numbers.get(&x) {

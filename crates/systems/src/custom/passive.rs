@@ -5,46 +5,52 @@ use afterbay_core::{Mask, Passive, Scalar};
 use afterbay_expression::{Graph, Input, Kinds, Node, Sign};
 use std::collections::BTreeMap;
 
+/// The sign of a number in all of its lanes.
+pub(super) fn sign<T: Scalar>(x: T) -> Sign {
+    match (T::zero().le(x).all(), x.le(T::zero()).all()) {
+        (true, true) => Sign::Zero,
+        (true, false) => Sign::NotNegative,
+        (false, true) => Sign::NotPositive,
+        (false, false) => Sign::Unknown,
+    }
+}
+
+/// The sign of each D_j(q, p, v), relative to that of v_j. `closed` gives the signs of closed
+/// nodes.
+pub(super) fn signs(
+    graph: &Graph,
+    dissipations: &[Node],
+    closed: &dyn Fn(Node) -> Sign,
+) -> Vec<Sign> {
+    let dissipations = (0..).zip(dissipations);
+    dissipations.map(|(j, &node)| graph.sign(node, Input::Velocity(j), closed)).collect()
+}
+
 /// Whether D = 0, by the signs of its entries.
-pub(super) fn zero(mut signs: impl Iterator<Item = Sign>) -> bool {
-    signs.all(|sign| sign == Sign::Zero)
+pub(super) fn zero(signs: &[Sign]) -> bool {
+    signs.iter().all(|&sign| sign == Sign::Zero)
 }
 
 /// Passive in each j if D_j v_j ≥ 0 by signs; in sum if D = R v with R constant and positive
 /// semidefinite.
 pub(super) fn passive<T: Scalar>(
-    mut signs: impl Iterator<Item = Sign>,
+    signs: &[Sign],
     dof: usize,
     matrix: Option<&[(usize, usize, Node)]>,
     at: impl Fn(&Node) -> T,
 ) -> Passive {
-    if signs.all(|sign| matches!(sign, Sign::Zero | Sign::Along)) {
+    if signs.iter().all(|sign| matches!(sign, Sign::Zero | Sign::Along)) {
         return Passive::Each;
     }
-    if matrix.is_some_and(|matrix| semidefinite(dof, matrix, at)) {
+    let in_lane = |matrix: &[(usize, usize, Node)], lane: usize| {
+        let entries = matrix.iter().map(|(i, k, node)| (*i, *k, at(node).lane(lane)));
+        semidefinite(dof, &entries.collect::<Vec<_>>())
+    };
+    if matrix.is_some_and(|matrix| (0..T::LANES).all(|lane| in_lane(matrix, lane))) {
         Passive::InSum
     } else {
         Passive::No
     }
-}
-
-/// The sign of each D_j(q, p, v), relative to that of v_j.
-pub(super) fn signs<T: Scalar>(
-    graph: &Graph,
-    dissipations: &[Node],
-    at: impl Fn(&Node) -> T,
-) -> impl Iterator<Item = Sign> {
-    let closed = move |node: Node| {
-        let value = at(&node);
-        match (T::zero().le(value).all(), value.le(T::zero()).all()) {
-            (true, true) => Sign::Zero,
-            (true, false) => Sign::NotNegative,
-            (false, true) => Sign::NotPositive,
-            (false, false) => Sign::Unknown,
-        }
-    };
-    let dissipations = dissipations.iter().enumerate();
-    dissipations.map(move |(j, &node)| graph.sign(node, Input::Velocity(j as u32), &closed))
 }
 
 /// R, if D = R v with R made of parameters.
@@ -71,54 +77,35 @@ pub(super) fn matrix(
 
 /// Whether the symmetric part of R is positive semidefinite to rounding. It is factored as L Δ Lᵀ:
 /// no entry of Δ may be negative, and below an entry of 0 the column must be 0.
-fn semidefinite<T: Scalar>(
-    n: usize,
-    entries: &[(usize, usize, Node)],
-    at: impl Fn(&Node) -> T,
-) -> bool {
+fn semidefinite(n: usize, entries: &[(usize, usize, f64)]) -> bool {
     // Rows of the upper triangle, by columns.
-    let mut rows: Vec<BTreeMap<usize, T>> = vec![BTreeMap::new(); n];
-    for (i, k, node) in entries {
-        let half = at(node).half();
-        let mut add = |i: usize, k: usize| {
-            let entry = rows[i].entry(k).or_insert(T::zero());
-            *entry += half;
-        };
-        if i < k {
-            add(*i, *k);
-        } else if i > k {
-            add(*k, *i);
-        } else {
-            add(*i, *i);
-            add(*i, *i);
-        }
+    let mut rows: Vec<BTreeMap<usize, f64>> = vec![BTreeMap::new(); n];
+    for &(i, k, x) in entries {
+        let share = if i == k { x } else { 0.5 * x };
+        *rows[i.min(k)].entry(i.max(k)).or_default() += share;
     }
-    let size = |x: T| x.abs();
-    let larger = |a: T, b: T| T::select(a.lt(b), b, a);
     let diagonal =
-        |rows: &[BTreeMap<usize, T>], i: usize| rows[i].get(&i).copied().unwrap_or(T::zero());
-    let largest = (0..n).fold(T::zero(), |most, i| larger(most, size(diagonal(&rows, i))));
-    let rounding = largest * T::from_f64(T::EPSILON * 8.0 * (1.0 + n as f64));
+        |rows: &[BTreeMap<usize, f64>], i: usize| rows[i].get(&i).copied().unwrap_or(0.0);
+    let largest = (0..n).fold(0.0, |most: f64, i| most.max(diagonal(&rows, i).abs()));
+    let rounding = 4.0 * f64::EPSILON * (1.0 + n as f64) * largest;
     for i in 0..n {
-        let row: Vec<(usize, T)> = rows[i].range(i + 1..).map(|(&k, &x)| (k, x)).collect();
+        let row: Vec<(usize, f64)> = rows[i].range(i + 1..).map(|(&k, &x)| (k, x)).collect();
         let pivot = diagonal(&rows, i);
-        if !(-rounding).le(pivot).all() {
+        // Also where a parameter is not a number.
+        if !(pivot >= -rounding) {
             return false;
         }
-        let gone = pivot.le(rounding);
-        if gone.any() {
+        if pivot <= rounding {
             // Rounding makes a column beside a zero of Δ as large as the square root of the
             // rounding.
-            let small = |x: T| (x * x).le(rounding * largest);
-            if !gone.all() || !row.iter().all(|&(_, x)| small(x).all()) {
+            if !row.iter().all(|&(_, x)| x * x <= rounding * largest) {
                 return false;
             }
             continue;
         }
         for (a, &(k, x)) in row.iter().enumerate() {
             for &(l, y) in &row[a..] {
-                let entry = rows[k].entry(l).or_insert(T::zero());
-                *entry -= x * y / pivot;
+                *rows[k].entry(l).or_default() -= x * y / pivot;
             }
         }
     }

@@ -90,7 +90,7 @@ pub(super) fn periods(
         return vec![None; dof];
     }
     let closed: Vec<Node> = nodes.iter().copied().filter(|&x| graph.closed(x)).collect();
-    let numbers = graph.evaluate(&closed, parameters, |_| 0.0);
+    let numbers = graph.evaluate(&closed, parameters, &|_| 0.0);
     let moving = graph.cone(roots, Kinds::COORDINATES);
     let by = |j| Input::Coordinate(j as u32);
     (0..dof).map(|j| period(graph, roots, by(j), &moving, &numbers)).collect()
@@ -100,7 +100,7 @@ pub(super) fn periods(
 pub(super) fn in_time(graph: &Graph, roots: &[Node], parameters: &[f64]) -> Option<f64> {
     let nodes = graph.all(roots);
     let closed: Vec<Node> = nodes.iter().copied().filter(|&x| graph.closed(x)).collect();
-    let numbers = graph.evaluate(&closed, parameters, |_| 0.0);
+    let numbers = graph.evaluate(&closed, parameters, &|_| 0.0);
     period(graph, roots, Input::End, &graph.cone(roots, Kinds::END), &numbers)
 }
 

@@ -2,7 +2,9 @@
 
 use super::failure::{CustomError, Place};
 use afterbay_core::Scalar;
-use afterbay_expression::{BLOCK, Graph, Node, Point, Program, REGISTERS, TooManyRegisters};
+use afterbay_expression::{
+    BLOCK, Graph, Node, Point, Program, REGISTERS, TooManyRegisters, is_wide,
+};
 use std::array::from_fn;
 use std::ops::Range;
 
@@ -32,13 +34,13 @@ pub(super) fn run_at<'a, T: Scalar>(
         while first < count {
             let left = first..count;
             // Sines and other functions are computed one by one, also at a point that is repeated.
-            first += match left.len() {
-                1 | 2 => {
-                    program.run(frame, &point(first), |index, x| give(first, index, x));
-                    1
-                }
-                3..=5 => run_together::<T, 4>(program, frame, left, &point, &mut give),
-                _ => run_together::<T, 8>(program, frame, left, &point, &mut give),
+            first += if const { is_wide::<T>() } || left.len() <= 2 {
+                program.run(frame, &point(first), |index, x| give(first, index, x));
+                1
+            } else if left.len() <= 5 {
+                run_together::<T, 4>(program, frame, left, &point, &mut give)
+            } else {
+                run_together::<T, 8>(program, frame, left, &point, &mut give)
             };
         }
     }
