@@ -211,8 +211,8 @@ impl Program {
         give: &mut dyn FnMut(u32, P::Value),
     ) {
         match self.registers {
-            0..=SMALL => self.run_in::<T, P, SMALL>(frame, points, results, give),
-            0..=64 => self.run_in::<T, P, 64>(frame, points, results, give),
+            needed if needed <= SMALL => self.run_in::<T, P, SMALL>(frame, points, results, give),
+            needed if needed <= 64 => self.run_in::<T, P, 64>(frame, points, results, give),
             _ => self.run_in::<T, P, REGISTERS>(frame, points, results, give),
         }
     }

@@ -8,8 +8,7 @@
 
 use super::rule::integration;
 use crate::legendre::MODES;
-use faer::c64;
-use nalgebra::DMatrix;
+use faer::{Mat, c64};
 use std::sync::LazyLock;
 
 /// An eigenvalue μ of X. A complex pair is represented by the one in the upper half-plane, with
@@ -24,20 +23,25 @@ pub(super) struct Eigenvalue {
 }
 
 static SPECTRA: LazyLock<Vec<Vec<Eigenvalue>>> =
-    LazyLock::new(|| (1..=MODES).map(spectrum).collect());
+    LazyLock::new(|| (0..=MODES).map(spectrum).collect());
 
-/// The eigenvalues for 1 to 8 coefficients, `stages`: `X = Re Σ μ v uᵀ` and `1 = Re Σ v uᵀ`.
+/// The eigenvalues for `stages` coefficients, 8 at most: `X = Re Σ μ v uᵀ` and `1 = Re Σ v uᵀ`.
 pub(super) fn of(stages: usize) -> &'static [Eigenvalue] {
-    &SPECTRA[stages - 1]
+    &SPECTRA[stages]
 }
 
 fn spectrum(stages: usize) -> Vec<Eigenvalue> {
     let x = integration();
-    let entry = |i: usize, j: usize| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 };
-    let all = DMatrix::from_fn(stages, stages, entry).complex_eigenvalues();
+    let matrix =
+        Mat::from_fn(
+            stages,
+            stages,
+            |i, j| if i.abs_diff(j) == 1 || i + j == 0 { x[i][j] } else { 0.0 },
+        );
+    let all = matrix.eigenvalues().unwrap_or_default();
     // Rounding moves the real eigenvalue by less than this from the real axis.
-    let upper = all.iter().filter(|value| value.im > -1e-9);
-    upper.map(|&value| eigenvalue(stages, value)).collect()
+    let upper = all.into_iter().filter(|value| value.im > -1e-9);
+    upper.map(|value| eigenvalue(stages, value)).collect()
 }
 
 /// The number of Newton corrections of an eigenvalue, whose matrix is far from normal.

@@ -13,8 +13,7 @@
 //! its left eigenvectors are the right ones with the sign of every second entry reversed.
 
 use afterbay_core::{Quad, Scalar};
-use faer::c64;
-use nalgebra::DMatrix;
+use faer::{Mat, c64};
 use std::array::from_fn;
 use std::f64::consts::PI;
 
@@ -90,15 +89,14 @@ impl<const S: usize> Tables<Quad, S> {
     /// Computes the eigenvalues and eigenvectors of A.
     fn decompose(&mut self, rows: &[[f64; S]; S]) {
         let (x, y) = (|k: usize| diagonal(S, k).to_f64(), |k: usize| offdiagonal(k).to_f64());
-        let entry = |i: usize, j: usize| match (i, j) {
+        let matrix = Mat::from_fn(S, S, |i, j| match (i, j) {
             _ if i == j => x(i),
             _ if i == j + 1 => y(i),
             _ if j == i + 1 => -y(j),
             _ => 0.0,
-        };
-        let eigenvalues = DMatrix::from_fn(S, S, entry).complex_eigenvalues();
+        });
         let mut pairs = self.pairs.iter_mut();
-        for &eigenvalue in &eigenvalues {
+        for eigenvalue in matrix.eigenvalues().unwrap_or_default() {
             // Rounding moves the real eigenvalue by less than this from the real axis.
             let real = eigenvalue.im.abs() < 1e-9;
             if eigenvalue.im < 0.0 && !real {

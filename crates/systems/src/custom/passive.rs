@@ -91,8 +91,7 @@ fn semidefinite(n: usize, entries: &[(usize, usize, f64)]) -> bool {
     for i in 0..n {
         let row: Vec<(usize, f64)> = rows[i].range(i + 1..).map(|(&k, &x)| (k, x)).collect();
         let pivot = diagonal(&rows, i);
-        // Also where a parameter is not a number.
-        if !(pivot >= -rounding) {
+        if pivot.is_nan() || pivot < -rounding {
             return false;
         }
         if pivot <= rounding {
