@@ -91,8 +91,8 @@ pub(crate) fn warn(journal: &Journal) {
     }
     if journal.mixed {
         eprintln!(
-            "Some cells come from processors with other features: last digits may differ from those \
-             of one machine."
+            "Some cells come from processors with other features: last digits may differ from \
+             those of one machine."
         );
     }
 }

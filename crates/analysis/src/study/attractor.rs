@@ -20,7 +20,8 @@ const POINTS_A_RETURN: usize = 32;
 /// The longest cycle, in returns, that a settling motion is seen to approach.
 const LONGEST_APPROACHED: usize = 8;
 /// The largest distance of points in the last quarter of a settling motion, as a share of that in
-/// the first. A choice: at most three of a thousand stretches of the logistic map's chaos show less.
+/// the first. A choice: at most three of a thousand stretches of the logistic map's chaos show
+/// less.
 const LEFT: f64 = 0.2;
 /// The most points of each set that are compared.
 const MOST_COMPARED: usize = 400;

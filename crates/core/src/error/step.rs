@@ -113,8 +113,8 @@ pub enum StepFailure {
     },
     /// The error control shortens the step until t + h = t, or below the least step allowed.
     #[error(
-        "the step shrinks to {h:e}, where t + h = t or which is below the least step allowed: allow \
-         a larger error, or end before"
+        "the step shrinks to {h:e}, where t + h = t or which is below the least step allowed: \
+         allow a larger error, or end before"
     )]
     Vanishes {
         /// The step.
@@ -122,8 +122,8 @@ pub enum StepFailure {
     },
     /// Events follow each other within one step without end.
     #[error(
-        "{count} events fall into one step and more would follow, as of a ball that bounces to rest: \
-         end before, or stop at the event"
+        "{count} events fall into one step and more would follow, as of a ball that bounces to \
+         rest: end before, or stop at the event"
     )]
     EventsAccumulate {
         /// Their number.
@@ -145,8 +145,8 @@ pub enum StepFailure {
     /// exists across a pole, and would keep K.
     #[error(
         "H or a force is singular between the ends of the step, in which q{} goes from {from:?} to \
-         {to:?}: no step crosses a singularity, take a smaller one, or end before the motion itself \
-         meets it",
+         {to:?}: no step crosses a singularity, take a smaller one, or end before the motion \
+         itself meets it",
         dof + 1
     )]
     AcrossSingularity {

@@ -51,8 +51,8 @@ pub enum Problem {
     },
     /// A coordinate, momentum or velocity with an invalid index.
     #[error(
-        "{name} is no coordinate, momentum or velocity: they are counted from 1, without leading zeros, up \
-         to {}",
+        "{name} is no coordinate, momentum or velocity: they are counted from 1, without leading \
+         zeros, up to {}",
         MOST_DEGREES
     )]
     Index {
@@ -60,7 +60,10 @@ pub enum Problem {
         name: String,
     },
     /// A degree of freedom beyond the last.
-    #[error("{name} is beyond the last of {dof} degree{} of freedom", if *dof == 1 { "" } else { "s" })]
+    #[error(
+        "{name} is beyond the last of {dof} degree{} of freedom",
+        if *dof == 1 { "" } else { "s" }
+    )]
     BeyondLast {
         /// The text as written.
         name: String,

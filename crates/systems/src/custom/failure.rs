@@ -134,8 +134,8 @@ pub enum CustomError {
     },
     /// A number given as the period of a drive, after which its forces do not return.
     #[error(
-        "{period:?} is no period of the drive: force {} is {before:?} at t = {t:?} and {after:?} one \
-         period later",
+        "{period:?} is no period of the drive: force {} is {before:?} at t = {t:?} and {after:?} \
+         one period later",
         dof + 1
     )]
     NoPeriod {

@@ -38,8 +38,8 @@ pub enum CycleFailure {
     /// The states at the periods in time of the system do not repeat.
     #[error(
         "after the transient the states do not repeat within {periods} periods of the system in \
-         time: take a longer transient, or give the number of periods in the cycle; the motion may also be \
-         without a period"
+         time: take a longer transient, or give the number of periods in the cycle; the motion may \
+         also be without a period"
     )]
     NoPeriod {
         /// The periods compared.
