@@ -85,8 +85,8 @@ pub fn all() -> [Scene; 7] {
         scene("B", "Duffing, two wells, c = 0.1", duffing, vec![1.5], vec![0.5], 50.0, 16),
         scene("C1", "Van der Pol, μ = 1", pol(1.0), vec![2.0], vec![0.0], 50.0, 24),
         scene("C2", "Van der Pol, μ = 1000", pol(1000.0), vec![2.0], vec![0.0], 2000.0, 10_000),
-        chain("D64", "FPUT-β chain, N = 64, β = 1, c = 0.01", 64),
-        chain("D1024", "FPUT-β chain, N = 1024, β = 1, c = 0.01", 1024),
+        chain("D64", "FPUT chain, β = 1, N = 64", 64),
+        chain("D1024", "FPUT chain, β = 1, N = 1024", 1024),
         scene("E", "damped double pendulum", pendulum, vec![1.5, -0.5], vec![0.0; 2], 5.0, 4),
     ]
 }
