@@ -132,6 +132,22 @@ fn friction() {
     }
 }
 
+/// The matrix with 1 on the diagonal and a beside it is positive semidefinite for |a| ≤ 1.
+#[test]
+fn friction_is_passive_in_sum_if_it_is_in_every_lane() {
+    let forces = DissipationText::Forces(texts(&["p1 + a*p2", "a*p1 + p2"]));
+    let custom = system("q1^2 + q2^2", forces, &[("a", 0.5)]);
+    let passive = |a: [f64; 8]| custom.lift(|_, _| f64x8::from(a)).dissipation_form().passive;
+    let inside = [0.5, -0.5, 0.0, 0.9, -0.9, 0.1, 0.2, 0.3];
+    assert_eq!(passive(inside), Passive::InSum);
+    for lane in 0..8 {
+        let with = |a: f64| std::array::from_fn(|k| if k == lane { a } else { inside[k] });
+        // A pivot of 0 in one lane alone.
+        assert_eq!(passive(with(1.0)), Passive::InSum, "lane {lane}");
+        assert_eq!(passive(with(1.1)), Passive::No, "lane {lane}");
+    }
+}
+
 #[test]
 fn a_friction_matrix() {
     for (rows, masses, expected) in [
