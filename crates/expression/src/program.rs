@@ -94,10 +94,10 @@ pub struct Program {
     pub(super) registers: usize,
 }
 
-/// Whether an operation on `T` costs so much more than one on `f64` that a call per run, and
-/// decoding an instruction for each point, are negligible beside it.
-pub const fn is_wide<T>() -> bool {
-    size_of::<T>() > size_of::<f64>()
+/// Whether `T` has more than one `f64` in each lane. Its operations then cost so much that a call
+/// per run, and decoding an instruction for each point, are negligible beside them.
+pub const fn is_wide<T: Scalar>() -> bool {
+    size_of::<T>() > size_of::<f64>() * T::LANES
 }
 
 /// A program needs more than [`REGISTERS`] values at one time.

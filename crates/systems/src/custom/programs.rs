@@ -19,8 +19,8 @@ pub(super) struct Part {
     pub(super) frame: Range<usize>,
 }
 
-/// Runs programs at `count` points, in `f64` up to eight together. Calls `give` with the point, and
-/// the index and the value of each result.
+/// Runs programs at `count` points, up to eight together unless numbers are wide. Calls `give` with
+/// the point, and the index and the value of each result.
 pub(super) fn run_at<'a, T: Scalar>(
     parts: &[Part],
     frames: &[T],
