@@ -2,7 +2,7 @@
 //! turns them into a verdict and a sentence.
 //!
 //! The rule is a function pointer, so that it depends on the readings alone and a sentence cannot
-//! state anything its numbers do not show. `tests/claims.rs` alters the readings of every finding
+//! state anything its numbers do not show. `tests/paper/claims.rs` alters the readings of every finding
 //! and checks that the verdict and the sentence change.
 
 use crate::report::Verdict;
@@ -164,9 +164,9 @@ impl Finding {
         Self { topic: topic.into(), verdict, statement, readings, say }
     }
 
-    /// Applies the same rule to other readings.
-    pub fn again(&self, readings: Readings) -> Self {
-        Self::new(self.topic.clone(), readings, self.say)
+    /// What the same rule says of other readings.
+    pub fn again(&self, readings: &Readings) -> Said {
+        (self.say)(readings)
     }
 }
 
@@ -214,11 +214,10 @@ mod tests {
         let known = Finding::new("x", Readings::default().and("a", "x", 0.5), small);
         assert_eq!((known.verdict, known.statement.as_str()), (Verdict::Holds, "x is 5.0e-1"));
         for found in [Found::from(None::<f64>), f64::NAN.into(), "much".into()] {
-            let unknown = known.again(Readings::default().and("a", "x", found));
-            assert_eq!(unknown.verdict, Verdict::Fails);
-            assert_eq!(unknown.statement, "x is not known");
+            let unknown = known.again(&Readings::default().and("a", "x", found));
+            assert_eq!(unknown, (Verdict::Fails, "x is not known".to_owned()));
         }
-        assert_eq!(known.again(Readings::default()).verdict, Verdict::Fails);
+        assert_eq!(known.again(&Readings::default()).0, Verdict::Fails);
     }
 
     #[test]

@@ -1,105 +1,18 @@
-//! The contract of the studies: their columns, results that do not depend on the number of threads,
-//! and right verdicts.
+//! The studies: what they find where it is known.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::stability::{Map, MapError, Verdict};
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, StateRef};
-use afterbay_experiments::paper::{self, Extent, oscillator};
-use afterbay_experiments::record::Output;
+use afterbay_experiments::paper::oscillator;
 use afterbay_methods::registry::{FIXED, Row, find};
 use afterbay_systems::{
     Custom, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText, VAN_DER_POL,
 };
-use std::collections::BTreeMap;
-use std::sync::LazyLock;
 
 fn rows(names: &[&str]) -> Vec<&'static Row> {
     names.iter().map(|name| find(name).expect("a registered method")).collect()
-}
-
-/// A quick paper that one thread has run.
-static PAPER: LazyLock<Output> = LazyLock::new(|| paper_by(1));
-
-fn paper_by(threads: usize) -> Output {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-    pool.install(|| paper::run(Extent::Quick, &Silent)).expect("the paper runs").0
-}
-
-/// Its tables by name, without measured times.
-fn tables(paper: &Output) -> BTreeMap<&str, String> {
-    let tables = paper.artifacts.iter().filter(|artifact| artifact.name.ends_with(".csv"));
-    tables.map(|table| (table.name.as_str(), without_seconds(&table.text))).collect()
-}
-
-fn without_seconds(table: &str) -> String {
-    let mut reader = csv::Reader::from_reader(table.as_bytes());
-    let header = reader.headers().expect("a header").clone();
-    let kept: Vec<usize> = (0..header.len()).filter(|&i| &header[i] != "seconds").collect();
-    let line = |record: &csv::StringRecord| {
-        kept.iter().map(|&i| &record[i]).collect::<Vec<_>>().join(",") + "\n"
-    };
-    let mut text = line(&header);
-    for record in reader.records() {
-        text.push_str(&line(&record.expect("a row")));
-    }
-    text
-}
-
-#[test]
-fn tables_are_the_same_to_the_bit_for_any_number_of_threads() {
-    let one = tables(&PAPER);
-    assert!(one.len() >= 32, "{:?}", one.keys());
-    assert!(
-        one.contains_key("data/fput-chain/size.csv") && one.contains_key("data/trajectory.csv")
-    );
-    for (name, table) in tables(&paper_by(5)) {
-        assert!(table == one[name], "{name} differs with 5 threads");
-    }
-}
-
-#[test]
-fn tables_follow_their_contract() {
-    let output = &*PAPER;
-    for (name, columns) in [
-        ("data/local_orders.csv", "method,variable,statistic,order,ci_low,ci_high,points,printed"),
-        ("data/global_orders.csv", "method,variable,h,error,order,doubt"),
-        ("data/energy.csv", "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1\n"),
-        (
-            "data/fput-chain/energy.csv",
-            "method,h,t,H,K_minus_K0,R,d_R,w_error,doubt_w,doubt_d_R,w1,w2,w3\n",
-        ),
-        ("data/trajectory.csv", "method,step,t,q1,p1,w1,H,K\n"),
-        ("data/damped-double-pendulum/trajectory.csv", "method,step,t,q1,q2,p1,p2,w1,w2,H,K\n"),
-        (
-            "data/work_precision.csv",
-            "method,h,outcome,error_qp,error_w,k_drift,passivity_violations,seconds,steps,\
-             evaluations,iterations",
-        ),
-        ("data/fput-chain/long_run.csv", "method,h,compensated,steps,t,rms,mean\n"),
-        ("data/stability.csv", "method,h,parameter,value,verdict,spectral_radius,steps_done"),
-    ] {
-        let table = output.artifacts.iter().find(|artifact| artifact.name == name).expect(name);
-        assert!(
-            table.text.starts_with(columns),
-            "{name}: {}",
-            table.text.lines().next().unwrap_or("")
-        );
-        assert!(
-            !table.text.contains("NaN") && !table.text.contains("inf"),
-            "{name} has a number that is none"
-        );
-    }
-    let html = output.report.html();
-    assert!(
-        !html.replace("http://www.w3.org/2000/svg", "").contains("http"),
-        "the report fetches something"
-    );
-    for figure in output.artifacts.iter().filter(|artifact| artifact.name.ends_with(".svg")) {
-        assert!(html.contains(&figure.name), "{} is not in the report", figure.name);
-        assert!(figure.text.len() < 300_000, "{} is {} bytes long", figure.name, figure.text.len());
-    }
 }
 
 #[test]
