@@ -9,6 +9,7 @@ use crate::record::RunOutcome;
 use crate::sheet::{ReportError, Sheet, scientific, table};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::work_precision;
+use afterbay_methods::registry::ADAPTIVE;
 
 /// The chain whose runs are timed.
 pub(super) fn long_chain(extent: Extent) -> Problem {
@@ -24,21 +25,27 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     let Paper { extent, progress, .. } = *paper;
     let count = extent.pick(5, 3);
     let steps: Vec<f64> = (0..count).map(|k| 0.2 / f64::from(1 << k)).collect();
+    let tolerances: Vec<f64> = (0..count).map(|k| 10_f64.powi(-3 - 2 * k)).collect();
+    let adaptive: Vec<_> = ADAPTIVE.iter().collect();
     for (name, problem, names) in [
         ("fput-chain", long_chain(extent), &SEPARABLE[..]),
         ("damped-double-pendulum", long_pendulum(extent), &ANY),
     ] {
         let rows = paper.methods(names)?;
-        progress.begin(&format!("cost of accuracy: {name}"), 2 * rows.len() * steps.len());
-        let found = work_precision::run(&problem, (&rows, &steps), (&[], &[]), progress)?;
+        let runs = rows.len() * steps.len() + adaptive.len() * tolerances.len();
+        progress.begin(&format!("cost of accuracy: {name}"), 2 * runs);
+        let found =
+            work_precision::run(&problem, (&rows, &steps), (&adaptive, &tolerances), progress)?;
         let doubt = found.iter().map(|row| row.doubt_qp.max(row.doubt_w)).fold(0.0, f64::max);
         let data = format!("{name}/work_precision");
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| RunOutcome::of_work(row, problem.model.name())));
         let title = format!("{name} with N = {}", problem.model.dof());
         cheapest(sheet, &title, &problem, &found)?;
-        let (end, curve) = (problem.end, as_measured);
-        let runs = Runs { name: Some(&title), end, methods: names, found: &found, curve };
+        let methods: Vec<_> =
+            names.iter().copied().chain(ADAPTIVE.iter().map(|row| row.name)).collect();
+        let (end, methods, curve) = (problem.end, &methods[..], as_measured);
+        let runs = Runs { name: Some(&title), end, methods, found: &found, curve };
         let [mut qp, w] = runs.against(&TIME);
         if doubt > 0.0 {
             qp.1 += &format!(" The doubt of the reference is {}.", scientific(Some(doubt)));
