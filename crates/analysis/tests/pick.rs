@@ -263,7 +263,7 @@ fn a_long_search_ends_soon_after_it_is_asked_to() {
         let (clock, patience) = (Instant::now(), Duration::from_millis(patience));
         let found = pick::run(&problem, wanted(1e-9), &Late(clock, patience)).expect("an answer");
         let late = clock.elapsed().saturating_sub(patience);
-        // Within a second where the processor is free.
-        assert!(found.interrupted && late < Duration::from_secs(10), "{late:?}");
+        // One second, and another for a machine that is busy with other tests.
+        assert!(found.interrupted && late < Duration::from_secs(2), "{late:?}");
     }
 }

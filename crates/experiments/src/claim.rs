@@ -2,8 +2,8 @@
 //! turns them into a verdict and a sentence.
 //!
 //! The rule is a function pointer, so that it depends on the readings alone and a sentence cannot
-//! state anything its numbers do not show. `tests/paper/claims.rs` alters the readings of every finding
-//! and checks that the verdict and the sentence change.
+//! state anything its numbers do not show. `tests/paper/claims.rs` alters the readings of every
+//! finding and checks that the verdict and the sentence change.
 
 use crate::report::Verdict;
 use serde::Serialize;
@@ -164,7 +164,7 @@ impl Finding {
         Self { topic: topic.into(), verdict, statement, readings, say }
     }
 
-    /// What the same rule says of other readings.
+    /// Applies the rule to other readings, and returns the verdict and the sentence.
     pub fn again(&self, readings: &Readings) -> Said {
         (self.say)(readings)
     }

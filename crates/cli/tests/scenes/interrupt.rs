@@ -16,12 +16,12 @@ fn chain(n: usize) -> String {
 }
 
 #[test]
-fn ctrl_c_ends_a_run_soon_with_what_was_done() {
+fn ctrl_c_ends_a_run_within_a_second_with_what_was_done() {
     interrupted_by("INT", 130);
 }
 
 #[test]
-fn sigterm_ends_a_run_soon_with_what_was_done() {
+fn sigterm_ends_a_run_within_a_second_with_what_was_done() {
     interrupted_by("TERM", 143);
 }
 
@@ -63,7 +63,7 @@ fn interrupted_by(signal: &str, code: i32) {
     let (output, took) = stopped(signal, folder.path(), &[]);
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{stderr}");
-    assert!(took < Duration::from_secs(10), "{took:?}");
+    assert!(took < Duration::from_secs(5), "{took:?}");
     assert!(stderr.contains("Stopping; interrupt once more to stop at once."), "{stderr}");
 
     let mut table = csv::Reader::from_path(out.join("data/trajectory.csv")).expect("a table");
@@ -83,7 +83,7 @@ fn interrupted_by(signal: &str, code: i32) {
 }
 
 #[test]
-fn ctrl_c_ends_a_pick_soon_and_it_says_so() {
+fn ctrl_c_ends_a_pick_within_a_second_and_it_says_so() {
     let folder = tempfile::tempdir().expect("a folder");
     let (scene, out) = (folder.path().join("chain.toml"), folder.path().join("out"));
     std::fs::write(&scene, chain(60)).expect("a scene");
@@ -103,8 +103,8 @@ fn ctrl_c_ends_a_pick_soon_and_it_says_so() {
     let [stdout, stderr] =
         [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
     assert_eq!(output.status.code(), Some(130), "{stderr}");
-    // Within a second where the processor is free. The search itself takes minutes.
-    assert!(took < Duration::from_secs(10), "{took:?}");
+    // One second; the rest is for a machine that is busy with other tests.
+    assert!(took < Duration::from_secs(3), "{took:?}");
     assert!(stdout.contains("The search was interrupted"), "{stdout}");
     assert!(!stdout.contains("No method was found within"), "{stdout}");
     let report = std::fs::read_to_string(out.join("report.html")).expect("a report");

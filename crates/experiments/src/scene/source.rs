@@ -143,12 +143,11 @@ impl<'s> Schema<'s> {
                         SceneProblem::UnknownKey { key: key.get_ref().to_string(), known };
                     return Err(at(key, problem));
                 };
-                self.of(inner).value(value)?;
+                check_value(&self.of(inner).forms(), value)?;
             }
         } else if self.at["additionalProperties"].is_object() {
-            for value in table.values() {
-                self.of(&self.at["additionalProperties"]).value(value)?;
-            }
+            let forms = self.of(&self.at["additionalProperties"]).forms();
+            table.values().try_for_each(|value| check_value(&forms, value))?;
         }
         let required =
             self.at["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
@@ -162,52 +161,53 @@ impl<'s> Schema<'s> {
             None => Ok(()),
         }
     }
+}
 
-    fn value(self, value: &Spanned<DeValue<'_>>) -> Result<(), SceneError> {
-        let refuse = |problem| Err(SceneError { problem, span: value.span() });
-        let forms = self.forms();
-        let expects = |kind: &str| forms.iter().copied().find(|form| form.is(kind));
-        let found = match value.get_ref() {
-            DeValue::Float(number) => match expects("number") {
-                Some(_) if is_number(number.as_str()) => return Ok(()),
-                Some(_) => return refuse(SceneProblem::Number { text: number.as_str().into() }),
-                None => "a number with a fraction",
-            },
-            DeValue::Integer(number) => match (expects("number"), expects("integer")) {
-                (None, None) => "a number",
-                (None, Some(_)) if number.as_str().starts_with('-') => "negative",
-                _ => match i64::from_str_radix(number.as_str(), number.radix()) {
-                    Ok(_) => return Ok(()),
-                    Err(_) => {
-                        let text = number.as_str().into();
-                        return refuse(SceneProblem::LargeWhole { text });
-                    }
-                },
-            },
-            DeValue::String(text) => match expects("string") {
-                Some(_) => return word(&forms, text, value.span()),
-                None if text.trim().parse::<f64>().is_ok() => {
-                    return refuse(SceneProblem::Quoted { text: text.to_string() });
+/// Checks a value that has one of the forms. The forms of the entries of a list are found once for
+/// all of them: a list may have 100,000 entries.
+fn check_value(forms: &[Schema<'_>], value: &Spanned<DeValue<'_>>) -> Result<(), SceneError> {
+    let refuse = |problem| Err(SceneError { problem, span: value.span() });
+    let expects = |kind: &str| forms.iter().copied().find(|form| form.is(kind));
+    let found = match value.get_ref() {
+        DeValue::Float(number) => match expects("number") {
+            Some(_) if is_number(number.as_str()) => return Ok(()),
+            Some(_) => return refuse(SceneProblem::Number { text: number.as_str().into() }),
+            None => "a number with a fraction",
+        },
+        DeValue::Integer(number) => match (expects("number"), expects("integer")) {
+            (None, None) => "a number",
+            (None, Some(_)) if number.as_str().starts_with('-') => "negative",
+            _ => match i64::from_str_radix(number.as_str(), number.radix()) {
+                Ok(_) => return Ok(()),
+                Err(_) => {
+                    let text = number.as_str().into();
+                    return refuse(SceneProblem::LargeWhole { text });
                 }
-                None => "text",
             },
-            DeValue::Array(entries) => match expects("array") {
-                Some(form) => {
-                    let inner = form.of(&form.at["items"]);
-                    return entries.iter().try_for_each(|entry| inner.value(entry));
-                }
-                None => "a list",
-            },
-            DeValue::Table(table) => match expects("object") {
-                Some(form) => return form.table(table, value.span()),
-                None => "a table",
-            },
-            DeValue::Boolean(_) if expects("boolean").is_some() => return Ok(()),
-            DeValue::Boolean(_) => "true or false",
-            DeValue::Datetime(_) => "a date or time",
-        };
-        refuse(SceneProblem::Kind { found, expected: expected(&forms) })
-    }
+        },
+        DeValue::String(text) => match expects("string") {
+            Some(_) => return word(forms, text, value.span()),
+            None if text.trim().parse::<f64>().is_ok() => {
+                return refuse(SceneProblem::Quoted { text: text.to_string() });
+            }
+            None => "text",
+        },
+        DeValue::Array(entries) => match expects("array") {
+            Some(form) => {
+                let inner = form.of(&form.at["items"]).forms();
+                return entries.iter().try_for_each(|entry| check_value(&inner, entry));
+            }
+            None => "a list",
+        },
+        DeValue::Table(table) => match expects("object") {
+            Some(form) => return form.table(table, value.span()),
+            None => "a table",
+        },
+        DeValue::Boolean(_) if expects("boolean").is_some() => return Ok(()),
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date or time",
+    };
+    refuse(SceneProblem::Kind { found, expected: expected(forms) })
 }
 
 /// The kinds that values of these forms have, in words.

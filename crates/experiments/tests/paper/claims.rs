@@ -122,8 +122,8 @@ impl Others {
         }
     }
 
-    /// Gives `altered` the values of the readings, with some of them replaced. The pool of numbers is
-    /// small, so that some agree.
+    /// Gives `altered` the values of the readings, with some of them replaced. The pool of numbers
+    /// is small, so that some agree.
     fn some(&self, readings: &Readings, altered: &mut Readings, chance: &mut Chance) {
         let (all, share) = (numbers(readings), chance.one(&[1, 3, 10]));
         let pool: Vec<_> = (0..=chance.below(3)).map(|_| chance.one(&all)).collect();

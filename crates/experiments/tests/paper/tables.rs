@@ -1,4 +1,5 @@
-//! The contract of the tables: their columns, and results that do not depend on the number of threads.
+//! The contract of the tables: their columns, and results that do not depend on the number of
+//! threads.
 
 use crate::{PAPER, paper_by};
 use afterbay_experiments::record::Output;

@@ -9,17 +9,29 @@ mod sweep;
 use cpu_time::ThreadTime;
 use std::time::Duration;
 
-/// Longer than any text takes that is read in time proportional to its length: the longest take a
-/// second without optimisation. Work that grows as the square of the length takes minutes.
-const SOON: Duration = Duration::from_secs(20);
+/// The longest time in which a text is read or refused.
+const SOON: Duration = Duration::from_secs(1);
 
 /// The result, and the processor time of the one thread that found it: other work on the machine is
-/// not counted.
+/// not counted. That work still slows the processor, so the least of several tries is taken.
 fn soon<T: Send>(find: impl Fn() -> T + Sync) -> (Duration, T) {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    one.install(|| {
-        let clock = ThreadTime::now();
-        let found = find();
-        (clock.elapsed(), found)
-    })
+    let timed = || {
+        one.install(|| {
+            let clock = ThreadTime::now();
+            let found = find();
+            (clock.elapsed(), found)
+        })
+    };
+    let mut best = timed();
+    for _ in 0..4 {
+        if best.0 < SOON {
+            break;
+        }
+        let again = timed();
+        if again.0 < best.0 {
+            best = again;
+        }
+    }
+    best
 }
