@@ -16,7 +16,7 @@
 //! at the start, the stages are computed a second time with the γ just found. The orders at the
 //! grid points are therefore r in q, p and w.
 //!
-//! The workspace stores the lag, γ' and the target K. They are used only if the state is the one
+//! The workspace stores the lag, γ', H and the target K. They are used only if the state is the one
 //! with which the last step ended. K is then that of the first step, so its rounding errors do not
 //! accumulate. For any other state K is computed anew and the lag is 0.
 //!
@@ -43,7 +43,7 @@ use afterbay_core::{
 };
 use direction::Direction;
 use root::Chord;
-use track::Track;
+use track::{Known, Track};
 
 /// An explicit Runge-Kutta method with relaxation.
 #[derive(Clone, Copy, Debug)]
@@ -126,8 +126,8 @@ where
     ) -> Result<Effort, StepFailure> {
         let Workspace { direction, chord, track } = workspace;
         let dissipative = !system.dissipation_form().zero;
-        let now = state.total(system);
-        let known = track.known(h, state, now);
+        let known = track.known(system, h, state);
+        let now = known.energy + state.reservoir();
         let ahead = h - known.lag;
         let mut guess = known.gamma;
         let mut effort = direction.begin(system, state);
@@ -148,11 +148,8 @@ where
 
         let Chord { q, p, w, .. } = chord;
         commit(state, [q.as_slice(), p.as_slice(), w.as_slice()], dissipative)?;
-        track.keep(
-            h,
-            state,
-            track::Known { lag: gamma * (ahead / guess) - ahead, gamma, total: known.total },
-        );
+        let lag = gamma * (ahead / guess) - ahead;
+        track.keep(h, state, Known { lag, gamma, energy: chord.energy, total: known.total });
         Ok(effort)
     }
 }

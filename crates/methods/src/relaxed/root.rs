@@ -31,12 +31,15 @@ pub(super) struct Chord<V: Vector> {
     pub(super) q: V,
     pub(super) p: V,
     pub(super) w: V,
+    /// H at (q, p).
+    pub(super) energy: V::Scalar,
     gamma: V::Scalar,
 }
 
 impl<V: Vector> Chord<V> {
     pub(super) fn new(n: usize) -> Self {
-        Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n), gamma: V::Scalar::one() }
+        let [zero, one] = [V::Scalar::zero(), V::Scalar::one()];
+        Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n), energy: zero, gamma: one }
     }
 
     /// Finds γ and sets the new state. `now` is K at `state`; `total` is the value of K to be
@@ -177,6 +180,7 @@ impl<V: Vector> Chord<V> {
         }
         let (q, p, w) = (self.q.as_slice(), self.p.as_slice(), self.w.as_slice());
         let energy = system.energy(q, p);
+        self.energy = energy;
         let excess = energy + sum([w], |[w]| w) - total;
         if excess.is_finite().all() {
             return Ok(Point { gamma, excess });

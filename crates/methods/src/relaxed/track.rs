@@ -1,7 +1,7 @@
 //! The data that a step leaves for the next: its lag behind the grid point, its γ, and the target
 //! K.
 
-use afterbay_core::{Scalar, State, Vector};
+use afterbay_core::{Scalar, State, System, Vector};
 
 /// The data available at the beginning of a step.
 #[derive(Clone, Copy, Debug)]
@@ -10,6 +10,8 @@ pub(super) struct Known<T> {
     pub(super) lag: T,
     /// γ of the last step.
     pub(super) gamma: T,
+    /// H at the state.
+    pub(super) energy: T,
     /// The target value of K.
     pub(super) total: T,
 }
@@ -31,23 +33,24 @@ impl<V: Vector> Track<V> {
         Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n), last: None }
     }
 
-    /// Returns the data for a step h from `state`, where K is `total`.
-    pub(super) fn known(
+    /// Returns the data for a step h from `state`.
+    pub(super) fn known<S: System<V::Scalar> + ?Sized>(
         &self,
+        system: &S,
         h: V::Scalar,
         state: &State<V>,
-        total: V::Scalar,
     ) -> Known<V::Scalar> {
         let (zero, one) = (V::Scalar::zero(), V::Scalar::one());
         let same = |ours: &V, theirs: &V| ours.as_slice() == theirs.as_slice();
         let here = same(&self.q, &state.q) && same(&self.p, &state.p) && same(&self.w, &state.w);
         let Some((step, known)) = self.last.filter(|_| here) else {
-            return Known { lag: zero, gamma: one, total };
+            let energy = state.energy(system);
+            return Known { lag: zero, gamma: one, energy, total: energy + state.reservoir() };
         };
         let small = known.lag.to_f64().abs() <= h.to_f64().abs() / 2.0;
         let tame = step == h && (known.gamma - one).to_f64().abs() <= TAME;
         let lag = if small { known.lag } else { zero };
-        Known { lag, gamma: if tame { known.gamma } else { one }, total: known.total }
+        Known { lag, gamma: if tame { known.gamma } else { one }, ..known }
     }
 
     /// Stores the data after a step h that ended in `state`.
