@@ -21,6 +21,11 @@ pub struct Limits {
     pub evaluations: u32,
 }
 
+impl Limits {
+    /// Those of one or two equations. A choice: steps in s are shorter only at a fold or a fork.
+    pub(super) const OF_FOLDS: Self = Self { shortest: 1e-6, evaluations: 10_000 };
+}
+
 /// The position of a continuation, lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Position<T> {

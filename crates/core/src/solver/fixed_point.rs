@@ -1,6 +1,6 @@
 //! Fixed-point iteration, as in the paper.
 
-use super::convergence::Updates;
+use super::convergence::{NOISE_ROUNDINGS, Updates};
 use super::newton::{MeasuredRounding, Point, measure_rounding};
 use super::{Equation, Root, Solver};
 use crate::error::StepFailure;
@@ -20,8 +20,6 @@ const MOST_ITERATIONS: u32 = 10_000;
 /// updates may grow on the way to a solution. A contraction with the factor r is given 1/(1 - r)
 /// times as many.
 const STALLED_ITERATIONS: u32 = 3;
-/// The largest update that counts as noise, in rounding errors of the terms of the equation.
-const NOISE_ROUNDINGS: f64 = 64.0;
 
 impl Solver for FixedPoint {
     fn solve<T: Scalar>(

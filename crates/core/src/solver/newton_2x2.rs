@@ -1,7 +1,7 @@
 //! Newton's method for two equations, to rounding, with continuation.
 
 use super::continuation::{Limits, follow};
-use super::convergence::Updates;
+use super::convergence::{NOISE_ROUNDINGS, Updates};
 use crate::error::StepFailure;
 use crate::numbers::{Mask, Scalar};
 use crate::quantity::Quantity;
@@ -34,10 +34,6 @@ struct Stalled {
 /// The largest number of corrections of the direct iteration. A choice: Newton's method needs less
 /// than ten where it converges quadratically.
 const MOST_CORRECTIONS: u32 = 200;
-/// A choice: steps in s are shorter only at a fold or a fork.
-const LIMITS: Limits = Limits { shortest: 1e-6, evaluations: 10_000 };
-/// The largest update that counts as noise, in roundings of the terms of the equations.
-const NOISE_ROUNDINGS: f64 = 64.0;
 /// A size far below that of every number in use, so that 0 is not divided by 0.
 const SMALLEST_SIZE: f64 = 1e-290;
 
@@ -131,7 +127,7 @@ fn continue_from_start<T: Scalar>(
         });
     }
     let mut x = [T::zero(); 2];
-    let outcome = follow(LIMITS, |s| {
+    let outcome = follow(Limits::OF_FOLDS, |s| {
         let outcome = iterate(x, start, reach, |x| equations(T::from_f64(s), x)).map(|root| {
             x = root.x;
             evaluations += root.evaluations;

@@ -1,14 +1,13 @@
 //! Search for several solutions of an equation.
 
 use super::Equation;
+use super::convergence::NOISE_ROUNDINGS;
 use crate::numbers::Scalar;
 
 /// The search covers distances from x of its size times 2ᵏ, |k| up to this. A choice.
 const LARGEST_POWER: i32 = 30;
 /// The number of bisections of a bracket: all bits of an `f64` and some more.
 const HALVINGS: u32 = 60;
-/// The largest |x + F - start| that counts as 0, in rounding errors of its terms.
-const NOISE_ROUNDINGS: f64 = 64.0;
 
 /// Whether several solutions of `x = start - F(s, x)` are found. At growing distances from `x`,
 /// changes of the sign of x + F - start beyond its rounding error are looked for, and bisected to

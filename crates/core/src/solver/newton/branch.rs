@@ -9,9 +9,6 @@ use crate::quantity::Quantity;
 use crate::solver::continuation::{Limits, Position};
 use crate::solver::several_solutions::has_several_solutions;
 
-/// A choice: steps are shorter only at a fold or a fork.
-const LIMITS: Limits = Limits { shortest: 1e-6, evaluations: 10_000 };
-
 /// Continues the solution from s = 0 to s = 1 in the lanes in which the direct iteration failed,
 /// each with its own steps in s.
 #[cold]
@@ -33,7 +30,7 @@ pub(super) fn continue_from_start<T: Scalar, E: Equation<T>>(
         });
     }
     let mut x = T::select(stalled, start, x);
-    let mut position = Position::at(T::select(stalled, zero, one), LIMITS);
+    let mut position = Position::at(T::select(stalled, zero, one), Limits::OF_FOLDS);
     loop {
         let (arrived, next) = (position.arrived(), position.next());
         if arrived.all() {

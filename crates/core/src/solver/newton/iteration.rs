@@ -5,6 +5,7 @@ use super::rounding::{MeasuredRounding, Point, measure_rounding};
 use super::two_corrections::{Correction, TwoCorrections};
 use super::{Equation, MOST_MISSING, Outcome, Sample};
 use crate::numbers::{Mask, Scalar};
+use crate::solver::convergence::NOISE_ROUNDINGS;
 use std::hint::cold_path;
 
 /// The largest number of evaluations of the direct iteration. Bisection takes 64 to 128 of them for
@@ -16,8 +17,6 @@ const EVALUATIONS_BEFORE_BRACKET: u32 = 16;
 /// The largest |F'| at the start for a direct iteration; between 0 and 1. Beyond it the solution at
 /// s = 1 may be on another branch, and is continued from s = 0.
 const LARGEST_DIRECT_SLOPE: f64 = 0.125;
-/// The largest correction that counts as noise, in rounding errors of the terms of the equation.
-const NOISE_ROUNDINGS: f64 = 64.0;
 
 /// Corrects until every lane has converged or stalled.
 #[cold]
