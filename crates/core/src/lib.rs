@@ -35,8 +35,8 @@ pub mod validate;
 
 pub use error::{InputError, IntegrateError, RunError, StepFailure};
 pub use numbers::{
-    Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Slope,
-    Vector, divided, f64x4, f64x8, quadrature, singularity, two_sum,
+    Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Single,
+    Slope, Vector, divided, f64x4, f64x8, quadrature, singularity, two_sum,
 };
 pub use quantity::{Block, Quantity};
 pub use run::{

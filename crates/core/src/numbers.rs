@@ -30,5 +30,5 @@ pub use scalar::{Mask, Scalar};
 pub use series::Series;
 pub use slope::{Ends, Slope};
 pub use two_sum::two_sum;
-pub use vector::Vector;
+pub use vector::{Single, Vector};
 pub use wide::{f64x4, f64x8};

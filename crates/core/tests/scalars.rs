@@ -114,6 +114,20 @@ fn intervals_slopes_and_series_compute_as_f64_does() {
 }
 
 #[test]
+fn a_number_is_read_to_the_bit() {
+    fn check<T: Scalar>() {
+        let numbers = [-0.0, 0.0, 5e-324, -1.5, f64::MAX, f64::INFINITY, f64::NAN, -f64::NAN];
+        let read = T::from_lanes(|k| numbers[k]).read();
+        for (k, number) in numbers[..T::LANES].iter().enumerate() {
+            assert_eq!(read.lane(k).to_bits(), number.to_bits(), "{number}");
+        }
+    }
+    check::<f64>();
+    check::<f64x4>();
+    check::<f64x8>();
+}
+
+#[test]
 fn sine_and_cosine_of_large_angles_are_those_of_f64() {
     fn check<T: Scalar>(largest: i32) {
         for power in 0..=largest {

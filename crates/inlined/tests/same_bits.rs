@@ -1,6 +1,6 @@
 //! A static form computes what the form behind `&dyn` traits does, to the bit.
 
-use afterbay_core::{Abilities, Grid, State, Tolerance};
+use afterbay_core::{Abilities, Grid, State, Tolerance, f64x8};
 use afterbay_inlined as inlined;
 use afterbay_methods::registry::{self, METHODS, Run, Setting};
 use afterbay_systems::{
@@ -61,4 +61,39 @@ fn a_static_form_computes_the_same_bits() {
         }
     }
     assert!(compared > 100, "{compared}");
+}
+
+#[test]
+fn a_static_form_in_lanes_computes_the_same_bits() {
+    let lanes = |from: f64| f64x8::from(std::array::from_fn(|k| from + 0.3 * k as f64));
+    let [one, slack] = [f64x8::splat(1.0), lanes(-0.2)];
+    let systems: [Arc<dyn Abilities<f64x8>>; 3] = [
+        Arc::new(DampedOscillator::new(one, slack).unwrap()),
+        Arc::new(Duffing::new(lanes(-1.0), lanes(0.1), slack).unwrap()),
+        Arc::new(VanDerPol::new(slack).unwrap()),
+    ];
+    let start = State::new(vec![lanes(-0.9)], vec![lanes(0.4)]).unwrap();
+    let mut compared = 0;
+    for system in systems {
+        for row in METHODS {
+            let Some(form) = inlined::bind_lanes(row, &system) else { continue };
+            let runs = [form, registry::bind::<f64x8>(row, system.clone())].map(Result::unwrap);
+            for h in [0.01, 0.1, 0.5] {
+                let [form, plain] = runs.each_ref().map(|run| {
+                    let (mut state, mut bits) = (start.clone(), Vec::new());
+                    let grid = Grid::<f64x8>::of(h, 200).unwrap();
+                    let end = run.run(grid, &mut state, 1, &mut |_, at| {
+                        let numbers = [at.q[0], at.p[0], at.w[0]];
+                        bits.push(numbers.map(|x| x.to_array().map(f64::to_bits)));
+                        ControlFlow::Continue(())
+                    });
+                    (bits, end.map_or_else(|error| format!("{error:?}"), |_| String::new()))
+                });
+                assert!(form.0.len() > 10, "{} {h}: {}", row.name, form.1);
+                assert_eq!(form, plain, "{} {h}", row.name);
+                compared += 1;
+            }
+        }
+    }
+    assert_eq!(compared, 27);
 }

@@ -22,6 +22,18 @@ pub(crate) fn commit<V: Vector>(
     Ok(())
 }
 
+/// Reports which of q, p and w is not finite. It takes copies, so that those of a loop can stay in
+/// registers.
+#[cold]
+#[inline(never)]
+pub(crate) fn not_finite<V: Vector>([q, p, w]: [V; 3]) -> StepFailure {
+    StepFailure::non_finite(&[
+        (Quantity::Coordinate, q.as_slice()),
+        (Quantity::Momentum, p.as_slice()),
+        (Quantity::Reservoir, w.as_slice()),
+    ])
+}
+
 /// Checks that q, p and w are finite.
 ///
 /// # Errors

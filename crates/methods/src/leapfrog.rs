@@ -12,13 +12,13 @@
 
 mod together;
 
+use crate::commit::not_finite;
 use crate::kick::kick;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::{
-    DissipationForm, Effort, InputError, Mask, Method, Quantity, Scalar, Separable, State,
-    StepFailure, Vector, validate,
+    DissipationForm, Effort, InputError, Mask, Method, Scalar, Separable, State, StepFailure,
+    Vector, validate,
 };
-use std::hint::cold_path;
 
 /// The leapfrog method (pqpLF of the paper), for separable systems with any number of degrees of
 /// freedom.
@@ -117,10 +117,10 @@ where
         let iterations = step.kick_and_drift()?;
         let finite = step.kick();
         step.supply();
-        if !finite {
-            return Err(step.failure());
-        }
         let Workspace { q, p, w, .. } = workspace;
+        if !finite {
+            return Err(failure(system, h, &state.clone(), [q, p, w].map(|end| end.clone())));
+        }
         state.q.as_mut_slice().copy_from_slice(q.as_slice());
         state.p.as_mut_slice().copy_from_slice(p.as_slice());
         if !damping.zero {
@@ -286,25 +286,24 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
             w.as_mut_slice()[motor] -= work;
         }
     }
+}
 
-    /// Reports why the new state is not finite. Inlining keeps the state in registers: its address
-    /// does not escape from the loop.
-    #[inline(always)]
-    fn failure(&self) -> StepFailure {
-        cold_path();
-        for j in 0..self.state.dof() {
-            let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
-            let drag = self.system.dissipation_of(q, p, j);
-            if self.h.half().mul_add(drag.by_p, V::Scalar::one()) == V::Scalar::zero() {
-                return StepFailure::Singular { dof: j, slope: 0.0 };
-            }
+/// Reports why the step h from `state` does not end in a finite q, p and w. It is given copies, so
+/// that those of the loop can stay in registers.
+#[cold]
+#[inline(never)]
+fn failure<V, S>(system: &S, h: V::Scalar, state: &State<V>, end: [V; 3]) -> StepFailure
+where
+    V: Vector,
+    S: Separable<V::Scalar> + ?Sized,
+{
+    for j in 0..state.dof() {
+        let drag = system.dissipation_of(state.q.as_slice(), state.p.as_slice(), j);
+        if h.half().mul_add(drag.by_p, V::Scalar::one()) == V::Scalar::zero() {
+            return StepFailure::Singular { dof: j, slope: 0.0 };
         }
-        StepFailure::non_finite(&[
-            (Quantity::Coordinate, self.workspace.q.as_slice()),
-            (Quantity::Momentum, self.workspace.p.as_slice()),
-            (Quantity::Reservoir, self.workspace.w.as_slice()),
-        ])
     }
+    not_finite(end)
 }
 
 /// The motor of each degree of freedom, if it is driven; empty without a drive.

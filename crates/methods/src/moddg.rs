@@ -33,9 +33,10 @@ mod implicit;
 
 pub use closed_form::ClosedForm;
 
+use crate::commit::not_finite;
 use afterbay_core::solver::Newton;
 use afterbay_core::{
-    InputError, Mask, Quantity, Scalar, Separable, State, StepFailure, Vector, validate,
+    InputError, Mask, Scalar, Separable, Single, State, StepFailure, Vector, validate,
 };
 use steps::Plain;
 
@@ -85,12 +86,7 @@ fn commit<V: Vector>(
 ) -> Result<(), StepFailure> {
     let finite = |x: V::Scalar| x.is_finite().all();
     if !(finite(q) && finite(p) && w.is_none_or(finite)) {
-        let w = w.unwrap_or(V::Scalar::zero());
-        return Err(StepFailure::non_finite(&[
-            (Quantity::Coordinate, &[q]),
-            (Quantity::Momentum, &[p]),
-            (Quantity::Reservoir, &[w]),
-        ]));
+        return Err(not_finite([q, p, w.unwrap_or(V::Scalar::zero())].map(Single)));
     }
     state.q.as_mut_slice()[0] = q;
     state.p.as_mut_slice()[0] = p;

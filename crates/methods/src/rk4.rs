@@ -13,12 +13,11 @@
 //! No equation is **solved**. A step **fails** and leaves the state unchanged where a number is not
 //! finite ([`StepFailure::NonFinite`]).
 
+use crate::commit::not_finite;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::{
-    Abilities, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, System,
-    Vector,
+    Abilities, Effort, InputError, Mask, Method, Scalar, State, StepFailure, System, Vector,
 };
-use std::hint::cold_path;
 
 /// The classical Runge-Kutta method of order 4 (eRK4 of the paper).
 #[derive(Clone, Copy, Debug, Default)]
@@ -118,7 +117,7 @@ where
     let (q0, p0, w0) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
 
     for j in 0..n {
-        (q[j], p[j]) = (q0[j], p0[j]);
+        (q[j], p[j]) = (q0[j].read(), p0[j].read());
         (dq[j], dp[j], dw[j]) = (zero, zero, zero);
     }
     let driven = system.motors() > 0;
@@ -156,7 +155,7 @@ where
         finite = finite.and(q[j].is_finite()).and(p[j].is_finite()).and(dw[j].is_finite());
     }
     if !finite.all() {
-        return Err(failure::<V>([q, p, dw]));
+        return Err(not_finite([q, p, dw].map(|part| V::filled(part, |x| x))));
     }
     q0.copy_from_slice(q);
     p0.copy_from_slice(p);
@@ -164,17 +163,4 @@ where
         w0.copy_from_slice(dw);
     }
     Ok(Effort { evaluations: 4, iterations: 0 })
-}
-
-/// Reports which of q, p and w is not finite. Taking copies keeps the workspace in registers: its
-/// address does not escape from the loop.
-#[inline(always)]
-fn failure<V: Vector>(parts: [&[V::Scalar]; 3]) -> StepFailure {
-    cold_path();
-    let [q, p, w] = parts.map(|part| V::filled(part, |x| x));
-    StepFailure::non_finite(&[
-        (Quantity::Coordinate, q.as_slice()),
-        (Quantity::Momentum, p.as_slice()),
-        (Quantity::Reservoir, w.as_slice()),
-    ])
 }

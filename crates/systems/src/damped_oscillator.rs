@@ -60,7 +60,7 @@ impl<T: Scalar> System<T> for DampedOscillator<T> {
     #[inline(always)]
     fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
         hq[0] = self.k * q[0];
-        hp[0] = p[0];
+        hp[0] = p[0].read();
     }
 
     #[inline(always)]

@@ -61,7 +61,7 @@ impl<T: Scalar> System<T> for Duffing<T> {
     #[inline(always)]
     fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
         hq[0] = self.partial(q, 0, q[0]);
-        hp[0] = p[0];
+        hp[0] = p[0].read();
     }
 
     #[inline(always)]

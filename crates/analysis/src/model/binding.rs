@@ -80,7 +80,8 @@ impl Model {
         if !row.has_lanes() || system.clone().separable().is_none() {
             return Ok(None);
         }
-        let run = registry::bind(row, system.clone())?;
+        let run = afterbay_inlined::bind_lanes(row, &system)
+            .unwrap_or_else(|| registry::bind(row, system.clone()))?;
         Ok(Some(Lanes { run, system }))
     }
 

@@ -62,6 +62,10 @@ macro_rules! side_by_side {
                 self.to_array()[index % $count]
             }
             #[inline(always)]
+            fn read(&self) -> Self {
+                *self | Self::splat(0.0)
+            }
+            #[inline(always)]
             fn mul_add(self, a: Self, b: Self) -> Self {
                 <$lanes>::mul_add(self, a, b)
             }

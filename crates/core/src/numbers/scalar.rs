@@ -87,6 +87,13 @@ pub trait Scalar:
         self.to_f64()
     }
 
+    /// The number, read in one piece. The compiler copies eight lanes in two halves, and the next
+    /// operation on all of them waits for both.
+    #[inline(always)]
+    fn read(&self) -> Self {
+        *self
+    }
+
     /// `self · a + b`, with one rounding where the hardware has it.
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// |self|

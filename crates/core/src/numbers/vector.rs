@@ -53,6 +53,30 @@ impl<T: Scalar, const N: usize> Vector for [T; N] {
     }
 }
 
+/// A single number. The compiler passes an array of one number through integer registers where it
+/// is copied, which takes longer than the rest of a cheap step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Single<T>(pub T);
+
+impl<T: Scalar> Vector for Single<T> {
+    type Scalar = T;
+    type Of<U: Scalar> = Single<U>;
+    const LEN: Option<usize> = Some(1);
+
+    #[inline(always)]
+    fn zeros(_len: usize) -> Self {
+        Self(T::zero())
+    }
+    #[inline(always)]
+    fn as_slice(&self) -> &[T] {
+        std::slice::from_ref(&self.0)
+    }
+    #[inline(always)]
+    fn as_mut_slice(&mut self) -> &mut [T] {
+        std::slice::from_mut(&mut self.0)
+    }
+}
+
 impl<T: Scalar, const N: usize> Vector for SVector<T, N> {
     type Scalar = T;
     type Of<U: Scalar> = SVector<U, N>;

@@ -21,7 +21,7 @@ macro_rules! adaptive_of_orders {
             ) -> crate::registry::binding::Bound<f64> {
                 let system = target.curvature()?;
                 match target.system.dof() {
-                    1 => target.chosen::<[f64; 1], _, _>(*self, system),
+                    1 => target.chosen::<afterbay_core::Single<f64>, _, _>(*self, system),
                     _ => target.chosen::<Vec<f64>, _, _>(*self, system),
                 }
             }

@@ -4,7 +4,7 @@ use super::{Composition, GeneralIncrement, Increment};
 use crate::kernels::Tiled;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use crate::registry::fixed;
-use afterbay_core::{Corrected, Lanewise, Separable, Vector, f64x8};
+use afterbay_core::{Corrected, Lanewise, Separable, Single, Vector, f64x8};
 use std::sync::Arc;
 
 /// Coordinate increments in a composition of sweeps.
@@ -48,7 +48,7 @@ impl Increments {
 
     fn bind_lanes(&self, target: &Target<'_, f64x8>) -> Bound<f64x8> {
         if target.system.dof() == 1 {
-            self.coloured::<[f64x8; 1]>(target)
+            self.coloured::<Single<f64x8>>(target)
         } else {
             self.coloured::<Vec<f64x8>>(target)
         }

@@ -7,7 +7,7 @@ use super::stepper::ErasedMethod;
 use crate::moddg::steps::Equation;
 use afterbay_core::{
     Abilities, Adaptive, InputError, Linear, Method, Misprinted, OrderRaising, Quad, Scalar,
-    SecondDerivatives, Separable, System, Vector, f64x8,
+    SecondDerivatives, Separable, Single, System, Vector, f64x8,
 };
 use std::any::Any;
 use std::fmt::Debug;
@@ -33,7 +33,7 @@ pub(crate) trait Binding: Debug + Sync + Sized + 'static {
     /// Binds to any system, with the storage that suits its number of degrees of freedom.
     fn bind_stored<T: Scalar>(&self, target: &Target<'_, T>) -> Bound<T> {
         if target.system.dof() == 1 {
-            self.bind::<[T; 1]>(target)
+            self.bind::<Single<T>>(target)
         } else {
             self.bind::<Vec<T>>(target)
         }

@@ -13,17 +13,18 @@ use crate::{
 };
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
-    Abilities, Adaptive, Curvature, InputError, Linear, Method, Separable, System, Uniform, Vector,
+    Abilities, Adaptive, Curvature, InputError, Linear, Method, Separable, Single, System, Uniform,
+    Vector, f64x8,
 };
 use std::sync::Arc;
 
-type Form = Option<Result<Run<f64>, InputError>>;
+type Form<T = f64> = Option<Result<Run<T>, InputError>>;
 
 /// Binds the method of the row to `system` if it is an `M`. States are stored in `V`.
-fn fixed_if<V, M, S>(row: &Row, system: &Arc<S>) -> Form
+fn fixed_if<V, M, S>(row: &Row, system: &Arc<S>) -> Form<V::Scalar>
 where
-    V: Vector<Scalar = f64> + 'static,
-    S: System<f64> + 'static,
+    V: Vector + 'static,
+    S: System<V::Scalar> + 'static,
     M: Method<V, S> + Copy + Send + Sync + 'static,
     M::Workspace: Clone + Send + Sync + 'static,
 {
@@ -61,17 +62,17 @@ where
     S: Abilities<f64> + Separable<f64> + Curvature<f64>,
 {
     if let Some(increments) = row.method::<Increments>() {
-        return Some(fixed::<[f64; 1], S, _>(row.name, increments.in_sequence(), system));
+        return Some(fixed::<Single<f64>, S, _>(row.name, increments.in_sequence(), system));
     }
     // Linear systems have a closed form.
     if row.method::<ModDg>().is_some() && system.clone().linear().is_some() {
         return None;
     }
-    fixed_if::<[f64; 1], Leapfrog, S>(row, &system)
-        .or_else(|| chosen_if::<[f64; 1], AdaptiveRadau, S>(row, &system))
-        .or_else(|| fixed_if::<[f64; 1], ModDg, S>(row, &system))
-        .or_else(|| fixed_if::<[f64; 1], ModDg<Plain, FixedPoint>, S>(row, &system))
-        .or_else(|| few_degrees::<[f64; 1], [f64; 1], S>(row, system))
+    fixed_if::<Single<f64>, Leapfrog, S>(row, &system)
+        .or_else(|| chosen_if::<Single<f64>, AdaptiveRadau, S>(row, &system))
+        .or_else(|| fixed_if::<Single<f64>, ModDg, S>(row, &system))
+        .or_else(|| fixed_if::<Single<f64>, ModDg<Plain, FixedPoint>, S>(row, &system))
+        .or_else(|| few_degrees::<Single<f64>, Single<f64>, S>(row, system))
 }
 
 /// Binds a method to a linear system with one degree of freedom, with the closed form of implicit
@@ -84,9 +85,41 @@ where
     S: Abilities<f64> + Linear<f64> + Curvature<f64>,
 {
     match row.method::<ModDg>() {
-        Some(_) => Some(fixed::<[f64; 1], S, _>(row.name, ModDg::linear(), system)),
+        Some(_) => Some(fixed::<Single<f64>, S, _>(row.name, ModDg::linear(), system)),
         None => one_degree(row, system),
     }
+}
+
+/// Binds a method of maps to eight separable systems with one degree of freedom side by side.
+/// Returns `None` for all other methods.
+///
+/// # Errors
+/// Those of [`bind`](super::bind).
+pub fn lanes<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64x8>, InputError>>
+where
+    S: Abilities<f64x8> + Separable<f64x8>,
+{
+    explicit_of_maps(row, &system).or_else(|| fixed_if::<Single<f64x8>, ModDg, S>(row, &system))
+}
+
+/// Binds a method of maps to eight linear systems with one degree of freedom side by side, with the
+/// closed form of modDG. Returns `None` for all other methods.
+///
+/// # Errors
+/// Those of [`bind`](super::bind).
+pub fn linear_lanes<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64x8>, InputError>>
+where
+    S: Abilities<f64x8> + Linear<f64x8>,
+{
+    match row.method::<ModDg>() {
+        Some(_) => Some(fixed::<Single<f64x8>, S, _>(row.name, ModDg::linear(), system)),
+        None => explicit_of_maps(row, &system),
+    }
+}
+
+fn explicit_of_maps<S: Separable<f64x8> + 'static>(row: &Row, system: &Arc<S>) -> Form<f64x8> {
+    fixed_if::<Single<f64x8>, Leapfrog, S>(row, system)
+        .or_else(|| fixed_if::<Single<f64x8>, Rk4, S>(row, system))
 }
 
 /// Binds a method to any system with few degrees of freedom. States are stored in `V` while the

@@ -5,7 +5,8 @@ use crate::catalog::{self, As, duffing, modified_van_der_pol, van_der_pol};
 use crate::compensated::bits;
 use crate::many::orders::check_orders;
 use afterbay_core::{
-    Dissipation, Grid, Line, Linear, Method, Scalar, Separable, State, System, Vector, integrate,
+    Dissipation, Grid, Line, Linear, Method, Scalar, Separable, Single, State, System, Vector,
+    integrate,
 };
 use afterbay_methods::registry::{FIXED, find};
 use afterbay_methods::{Leapfrog, ModDg, Rk4};
@@ -39,12 +40,14 @@ fn assert_storage_changes_no_bit<S, M>(method: &M, system: &S)
 where
     S: System<f64> + ?Sized,
     M: Method<[f64; 1], S>
+        + Method<Single<f64>, S>
         + Method<SVector<f64, 1>, S>
         + Method<Vec<f64>, S>
         + Method<DVector<f64>, S>,
 {
     let (q, p) = (2.3, -3.1);
     let array = carry(method, system, [q], [p]);
+    assert_eq!(array, carry(method, system, Single(q), Single(p)));
     assert_eq!(array, carry(method, system, SVector::<f64, 1>::new(q), SVector::<f64, 1>::new(p)));
     assert_eq!(array, carry(method, system, vec![q], vec![p]));
     assert_eq!(
@@ -65,6 +68,7 @@ fn storage_changes_no_bit() {
     assert_storage_changes_no_bit(&ModDg::linear(), &oscillator);
     let (q, p) = (2.3, -3.1);
     let array = run(&oscillator, [q], [p]);
+    assert_eq!(array, run(&oscillator, Single(q), Single(p)));
     assert_eq!(array, run(&oscillator, SVector::<f64, 1>::new(q), SVector::<f64, 1>::new(p)));
     assert_eq!(array, run(&oscillator, vec![q], vec![p]));
     let vector = |x: f64| DVector::from_element(1, x);
