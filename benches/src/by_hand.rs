@@ -269,7 +269,8 @@ const EPSILON: f64 = f64::EPSILON / 2.0;
 #[inline(always)]
 fn solve(start: f64, reach: f64, f: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     let (value, slope) = f(start);
-    let (inverse, rest) = (1.0 - slope, slope * slope);
+    let (plain, square) = (1.0 - slope, slope * slope);
+    let (inverse, rest) = (plain.mul_add(square, plain), square * square);
     let (previous, x) = (-value * inverse, (-value).mul_add(inverse, start));
     let gentle = slope.abs() < 0.0625;
     let (value, slope) = f(x);
@@ -277,11 +278,12 @@ fn solve(start: f64, reach: f64, f: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     let inverse = (-slope).mul_add(inverse * inverse, inverse * (2.0 - inverse));
     let residual = start - x - value;
     let (update, x) = (residual * inverse, residual.mul_add(inverse, x));
-    let (size, largest) = (update.abs(), previous.abs());
-    let off = (0.5 * (rest + missing)).mul_add(-previous, update).abs();
-    let contraction = missing.abs().mul_add(largest, size);
-    let next = contraction.mul_add(contraction, off * largest) * size;
-    if gentle & (missing.abs() < 0.0625) & (next < EPSILON * x.abs() * (largest * largest)) {
+    let share = 1.0 / previous;
+    let ratio = update * share;
+    let off = (ratio - 0.5 * (rest + missing)).abs();
+    let contraction = missing.abs() + ratio.abs();
+    let next = contraction.mul_add(contraction, off) * ratio.abs();
+    if gentle & (missing.abs() < 0.0625) & (next < (EPSILON * x.abs() * share).abs()) {
         return Some(x);
     }
     slowly(start, reach, f)

@@ -90,8 +90,8 @@ where
     }
 }
 
-/// Binds a method of maps to eight separable systems with one degree of freedom side by side.
-/// Returns `None` for all other methods.
+/// Binds `leapfrog`, `rk4` or `moddg`, which maps compare most, to eight separable systems with one
+/// degree of freedom side by side. Returns `None` for all other methods.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
@@ -99,11 +99,10 @@ pub fn lanes<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64x8>, InputErr
 where
     S: Abilities<f64x8> + Separable<f64x8>,
 {
-    explicit_of_maps(row, &system).or_else(|| fixed_if::<Single<f64x8>, ModDg, S>(row, &system))
+    explicit_lanes(row, &system).or_else(|| fixed_if::<Single<f64x8>, ModDg, S>(row, &system))
 }
 
-/// Binds a method of maps to eight linear systems with one degree of freedom side by side, with the
-/// closed form of modDG. Returns `None` for all other methods.
+/// [`lanes`] of linear systems, with the closed form of modDG.
 ///
 /// # Errors
 /// Those of [`bind`](super::bind).
@@ -113,11 +112,11 @@ where
 {
     match row.method::<ModDg>() {
         Some(_) => Some(fixed::<Single<f64x8>, S, _>(row.name, ModDg::linear(), system)),
-        None => explicit_of_maps(row, &system),
+        None => explicit_lanes(row, &system),
     }
 }
 
-fn explicit_of_maps<S: Separable<f64x8> + 'static>(row: &Row, system: &Arc<S>) -> Form<f64x8> {
+fn explicit_lanes<S: Separable<f64x8> + 'static>(row: &Row, system: &Arc<S>) -> Form<f64x8> {
     fixed_if::<Single<f64x8>, Leapfrog, S>(row, system)
         .or_else(|| fixed_if::<Single<f64x8>, Rk4, S>(row, system))
 }

@@ -2,7 +2,7 @@
 
 use super::bracket::Bracket;
 use super::rounding::{MeasuredRounding, Point, measure_rounding};
-use super::two_corrections::{Correction, TwoCorrections};
+use super::two_corrections::{Correction, FirstInverse, TwoCorrections};
 use super::{Equation, MOST_MISSING, Outcome, Sample};
 use crate::numbers::{Mask, Scalar};
 use crate::solver::convergence::NOISE_ROUNDINGS;
@@ -138,13 +138,16 @@ impl<T: Scalar> Iteration<T> {
         let (before, inverse) = (self.inverse_error, self.inverse);
         let short = one - inverse;
         let missing = (-f.slope).mul_add(inverse, short);
-        self.inverse_error = missing * missing;
         self.anew = open.and(T::from_f64(MOST_MISSING).le(missing.abs()));
-        self.inverse = if DIRECT && evaluations == 2 {
+        (self.inverse, self.inverse_error) = if evaluations == 1 {
+            let FirstInverse { inverse, inverse_error } = FirstInverse::of(f.slope);
+            (inverse, inverse_error)
+        } else if DIRECT && evaluations == 2 {
             // Equal to `two_corrections` to the bit. The square of a small inverse would underflow.
-            (-f.slope).mul_add(inverse * inverse, inverse.mul_add(short, inverse))
+            let inverse = (-f.slope).mul_add(inverse * inverse, inverse.mul_add(short, inverse));
+            (inverse, missing * missing)
         } else {
-            inverse.mul_add(missing, inverse)
+            (inverse.mul_add(missing, inverse), missing * missing)
         };
         if self.anew.any() {
             cold_path();
@@ -199,7 +202,7 @@ impl<T: Scalar> Iteration<T> {
             * (start.abs() + self.argument_rounding).mul_add(steep, self.x.abs());
         // Converged if the next correction is below rounding. A bisection does not predict it.
         let corrected = self.halved[0].or(self.halved[1]).not();
-        let converged = open.and(corrected).and(self.correction.next_is_rounding_near_rest(scale));
+        let converged = open.and(corrected).and(self.correction.next_is_rounding(scale));
         // Numbers near underflow are rounded by the smallest normal number.
         let scale = scale + T::from_f64(f64::MIN_POSITIVE);
         self.done = self.done.or(converged);

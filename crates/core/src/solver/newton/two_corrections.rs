@@ -2,7 +2,6 @@
 
 use super::{Equation, Root, Sample, can_be_improved};
 use crate::numbers::{Mask, Scalar};
-use std::hint::cold_path;
 
 /// Two evaluations, or only the first, with the corrections computed from them.
 pub(super) struct TwoCorrections<T: Scalar> {
@@ -46,12 +45,11 @@ impl<T: Scalar> TwoCorrections<T> {
     }
 
     /// Marks lanes that are done at rest, where the first point is the solution and both
-    /// corrections are 0, and near rest, where products of corrections underflow.
+    /// corrections are 0.
     #[inline(always)]
     pub(super) fn accept_at_rest(&mut self) {
         let none = self.correction.previous.abs().le(T::zero());
-        let converged = self.correction.next_is_rounding_near_rest(self.scale);
-        self.done = self.done.or(self.improvable.and(none.or(converged)));
+        self.done = self.done.or(self.improvable.and(none));
     }
 }
 
@@ -66,7 +64,7 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
     equation: &mut impl Equation<T>,
 ) -> TwoCorrections<T> {
     let one = T::one();
-    let (inverse, inverse_error) = (one - first.slope, first.slope * first.slope);
+    let FirstInverse { inverse, inverse_error } = FirstInverse::of(first.slope);
     let before = if DIRECT { -first.value } else { start - x - first.value };
     let (previous, middle) = (before * inverse, before.mul_add(inverse, x));
     let second = equation.at(s, middle);
@@ -91,6 +89,29 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
         scale,
         first: (x, first),
         second: Some((middle, second)),
+    }
+}
+
+/// The first approximation of the inverse slope 1/(1 + F'), which needs no division.
+///
+/// ```text
+/// y = (1 - F') (1 + F'²) = (1 - F'⁴)/(1 + F')
+/// ```
+///
+/// Two corrections then suffice on a linear equation up to F' = 0.04, with 1 - F' alone up to
+/// 0.002.
+pub(super) struct FirstInverse<T> {
+    /// y
+    pub(super) inverse: T,
+    /// 1 - (1 + F') y
+    pub(super) inverse_error: T,
+}
+
+impl<T: Scalar> FirstInverse<T> {
+    #[inline(always)]
+    pub(super) fn of(slope: T) -> Self {
+        let (plain, square) = (T::one() - slope, slope * slope);
+        Self { inverse: plain.mul_add(square, plain), inverse_error: square * square }
     }
 }
 
@@ -120,31 +141,15 @@ impl<T: Scalar> Correction<T> {
     /// change of the slope over e/2, and d the error of a slope that is not quite the derivative.
     /// The last two corrections give r + c + d as their ratio, and the last slope gives r + 2 c as
     /// what the inverse misses. For the next correction r and c are smaller by that ratio, d is the
-    /// same. Both sides are multiplied by the square of the previous correction, which avoids a
-    /// division.
+    /// same. All are taken relative to the previous correction, so that none of them underflows
+    /// near rest; where it is 0, the answer is no.
     #[inline(always)]
     pub(super) fn next_is_rounding(&self, scale: T) -> T::Mask {
-        let (size, largest) = (self.update.abs(), self.previous.abs());
-        let off =
-            (self.inverse_error + self.missing).half().mul_add(-self.previous, self.update).abs();
-        let contraction = self.missing.abs().mul_add(largest, size);
-        let next = contraction.mul_add(contraction, off * largest) * size;
-        next.lt(scale * (largest * largest))
-    }
-
-    /// [`Correction::next_is_rounding`], with all terms divided by the previous correction where
-    /// the products would underflow.
-    #[inline(always)]
-    pub(super) fn next_is_rounding_near_rest(&self, scale: T) -> T::Mask {
-        let largest = self.previous.abs();
-        let vanishing = (scale * (largest * largest)).lt(T::from_f64(f64::MIN_POSITIVE));
-        let converged = self.next_is_rounding(scale);
-        if !vanishing.any() {
-            return converged;
-        }
-        cold_path();
-        let share = largest.recip();
-        let shares = Self { previous: self.previous * share, update: self.update * share, ..*self };
-        converged.or(vanishing.and(shares.next_is_rounding(scale * share)))
+        let share = self.previous.recip();
+        let ratio = self.update * share;
+        let off = (ratio - (self.inverse_error + self.missing).half()).abs();
+        let contraction = self.missing.abs() + ratio.abs();
+        let next = contraction.mul_add(contraction, off) * ratio.abs();
+        next.lt((scale * share).abs())
     }
 }
