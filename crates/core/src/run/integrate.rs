@@ -152,7 +152,10 @@ where
 
 /// The time loop for a system that may be singular: it refuses the first step that crosses a
 /// singularity of H.
-#[inline(never)]
+///
+/// It is marked as cold, not as never to be inlined, which would compile it for every system: where
+/// the system has no singularities, the call disappears.
+#[cold]
 fn examined_blocks<V, S, M, O>(
     method: &M,
     system: &S,

@@ -7,6 +7,7 @@ use afterbay_core::{
     sample_within,
 };
 use std::marker::PhantomData;
+use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
 /// [`super::Stepping`] with the storage of states erased.
@@ -113,6 +114,26 @@ where
         }
         done
     }
+
+    /// Runs in a given workspace. It is compiled once for runs and for single steps.
+    #[inline(never)]
+    fn run_in(
+        &self,
+        workspace: &mut M::Workspace,
+        Part { grid, first, stride, remainder }: Part<'_, V::Scalar>,
+        place: Place<'_, V::Scalar>,
+        show: Show<'_, V::Scalar>,
+    ) -> Result<Effort, IntegrateError> {
+        let (mut state, mut left) = (place.take::<V>(), V::filled(remainder, |x| x));
+        let look = |step: u64, state: &State<V>| show(step, state.state_ref());
+        let mut observer = Every::starting(first, stride, look);
+        let states = (&mut state, &mut left);
+        let outcome =
+            integrate_in(&self.method, &*self.system, grid, states, workspace, &mut observer);
+        place.put(&state);
+        remainder.copy_from_slice(left.as_slice());
+        outcome
+    }
 }
 
 impl<V, S, M> Erased<V::Scalar> for Fixed<V, M, S, M::Workspace>
@@ -128,31 +149,21 @@ where
 
     fn run(
         &self,
-        Part { grid, first, stride, remainder }: Part<'_, V::Scalar>,
+        part: Part<'_, V::Scalar>,
         place: Place<'_, V::Scalar>,
         show: Show<'_, V::Scalar>,
     ) -> Result<Effort, IntegrateError> {
-        let (mut state, mut left) = (place.take::<V>(), V::filled(remainder, |x| x));
-        let look = |step: u64, state: &State<V>| show(step, state.state_ref());
-        let mut observer = Every::starting(first, stride, look);
-        let outcome = self.within(|workspace| {
-            let state = (&mut state, &mut left);
-            integrate_in(&self.method, &*self.system, grid, state, workspace, &mut observer)
-        });
-        place.put(&state);
-        remainder.copy_from_slice(left.as_slice());
-        outcome
+        self.within(|workspace| self.run_in(workspace, part, place, show))
     }
 
     fn stepper(&self, _tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
-        let mut workspace = self.workspace.clone();
+        let (mut workspace, zero) = (self.workspace.clone(), V::Scalar::zero());
+        let mut remainder = vec![zero; self.system.dof()];
         Box::new(move |h, place| {
-            let (mut state, system) = (place.take::<V>(), &*self.system);
-            let (grid, mut remainder) = (Grid { h, steps: 1 }, V::zeros(system.dof()));
-            let states = (&mut state, &mut remainder);
-            let effort = integrate_in(&self.method, system, grid, states, &mut workspace, &mut ())?;
-            place.put(&state);
-            Ok(effort)
+            remainder.fill(zero);
+            let grid = Grid { h, steps: 1 };
+            let part = Part { grid, first: 0, stride: u64::MAX, remainder: &mut remainder };
+            self.run_in(&mut workspace, part, place, &mut |_, _| ControlFlow::Continue(()))
         })
     }
 

@@ -8,8 +8,8 @@ use super::run::Run;
 use crate::increment::Increments;
 use crate::moddg::steps::Plain;
 use crate::{
-    AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
-    Collocation, Gonzalez, Leapfrog, ModDg, Relaxed, Rk4, Tiled,
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98, Collocation, Gonzalez,
+    Leapfrog, ModDg, Relaxed, Rk4, Tiled,
 };
 use afterbay_core::solver::FixedPoint;
 use afterbay_core::{
@@ -41,17 +41,6 @@ where
     Some(chosen::<V, S, M>(row.name, *row.method::<M>()?, system.clone()))
 }
 
-/// Binds the explicit methods with step size control.
-fn explicit_if<V, S>(row: &Row, system: &Arc<S>) -> Form
-where
-    V: Vector<Scalar = f64> + 'static,
-    S: Curvature<f64> + 'static,
-{
-    chosen_if::<V, AdaptiveDop853, S>(row, system)
-        .or_else(|| chosen_if::<V, AdaptiveVerner98, S>(row, system))
-        .or_else(|| chosen_if::<V, AdaptiveVerner87, S>(row, system))
-}
-
 /// Binds a method to a separable system with one degree of freedom. Returns `None` where
 /// [`bind`](super::bind) is as fast.
 ///
@@ -69,7 +58,6 @@ where
         return None;
     }
     fixed_if::<Single<f64>, Leapfrog, S>(row, &system)
-        .or_else(|| chosen_if::<Single<f64>, AdaptiveRadau, S>(row, &system))
         .or_else(|| fixed_if::<Single<f64>, ModDg, S>(row, &system))
         .or_else(|| fixed_if::<Single<f64>, ModDg<Plain, FixedPoint>, S>(row, &system))
         .or_else(|| few_degrees::<Single<f64>, Single<f64>, S>(row, system))
@@ -137,7 +125,9 @@ where
         .or_else(|| fixed_if::<V, Relaxed, S>(row, &system))
         .or_else(|| fixed_if::<V, Collocation, S>(row, &system))
         .or_else(|| chosen_if::<V, AdaptiveCollocation, S>(row, &system))
-        .or_else(|| explicit_if::<W, S>(row, &system))
+        .or_else(|| chosen_if::<W, AdaptiveDop853, S>(row, &system))
+        .or_else(|| chosen_if::<W, AdaptiveVerner98, S>(row, &system))
+        .or_else(|| chosen_if::<W, AdaptiveVerner87, S>(row, &system))
 }
 
 /// Binds a method to a chain or a ring of equal members. Returns `None` where [`bind`](super::bind)
@@ -155,13 +145,9 @@ where
     {
         return Some(fixed::<Vec<f64>, S, _>(row.name, increments.tiled(), system));
     }
-    let n = system.dof();
-    // With two degrees of freedom, the explicit methods with step size control store arrays.
-    if n == 1 || (n == 2 && row.is_adaptive() && row.method::<AdaptiveCollocation>().is_none()) {
+    if system.dof() == 1 {
         return None;
     }
     fixed_if::<Vec<f64>, Leapfrog, S>(row, &system)
         .or_else(|| fixed_if::<Vec<f64>, Gonzalez, S>(row, &system))
-        .or_else(|| chosen_if::<Vec<f64>, AdaptiveCollocation, S>(row, &system))
-        .or_else(|| explicit_if::<Vec<f64>, S>(row, &system))
 }

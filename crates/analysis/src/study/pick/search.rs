@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// More steps are not tried after a run that takes this many times as long as one that qualifies,
 /// and at least this long.
 const SLOWER: u32 = 10;
-const SHORT: Duration = Duration::from_millis(50);
+const SHORT: Duration = Duration::from_millis(10);
 /// The most time for the search of one method, without its check.
 const PATIENCE: Duration = Duration::from_secs(8);
 /// The most steps of a run.
@@ -80,26 +80,26 @@ impl<'a> Search<'a> {
         Ok(trial)
     }
 
-    /// Runs with a fixed number of steps. Also returns the reason to try no more steps, if there is
-    /// one.
+    /// Runs with a fixed number of steps. Also returns the factor by which the number of steps may
+    /// grow, so that the next run is not far longer than is worth it, or the reason to try no more.
     fn at(
         &mut self,
         row: &'static Row,
         steps: u64,
-    ) -> Result<(Trial, Option<&'static str>), IntegrateError> {
+    ) -> Result<(Trial, Result<f64, &'static str>), IntegrateError> {
         let clock = Instant::now();
         let trial = self.run(Choice::Steps(row, steps))?;
         let took = clock.elapsed();
-        let nanoseconds = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
-        let shortest = self.shortest.load(Ordering::Relaxed);
-        let enough = if took > SHORT && nanoseconds / u64::from(SLOWER) > shortest {
-            Some("it takes far longer than others that qualify")
+        let shortest = Duration::from_nanos(self.shortest.load(Ordering::Relaxed));
+        let worth = SHORT.max(shortest.saturating_mul(SLOWER));
+        let growth = if took > worth {
+            Err("it takes far longer than others that qualify")
         } else if self.started.elapsed() > PATIENCE || steps > MOST / 4 {
-            Some("more steps were not tried")
+            Err("more steps were not tried")
         } else {
-            None
+            Ok((2.0 * worth.as_secs_f64() / took.as_secs_f64()).max(2.0))
         };
-        Ok((trial, enough))
+        Ok((trial, growth))
     }
 
     /// The fewest steps within the bound together with their neighbours.
@@ -184,7 +184,7 @@ impl<'a> Search<'a> {
             if middle <= too_few || middle >= good {
                 break;
             }
-            let (found, enough) = self.at(row, middle)?;
+            let (found, growth) = self.at(row, middle)?;
             if self.bench.progress.stopped() {
                 return Ok(Reached::Not(nearest.map(Box::new), INTERRUPTED.into()));
             }
@@ -193,7 +193,7 @@ impl<'a> Search<'a> {
             } else {
                 too_few = middle;
             }
-            if enough.is_some() {
+            if growth.is_err() {
                 break;
             }
         }
@@ -207,7 +207,7 @@ impl<'a> Search<'a> {
         let order = if row.order() == EXACT { 1.0 } else { f64::from(row.order()) };
         let (mut steps, mut too_few, mut nearest, mut idle) = (1_u64, 0, None::<Trial>, 0);
         loop {
-            let (found, enough) = self.at(row, steps)?;
+            let (found, growth) = self.at(row, steps)?;
             if self.holds(&found) {
                 let twice = self.at(row, 2 * steps)?.0;
                 if self.holds(&twice) {
@@ -224,14 +224,14 @@ impl<'a> Search<'a> {
             if nearest.is_none() || now < before {
                 nearest = Some(found);
             }
-            if let Some(why) = given_up(idle, enough, now.min(before), steps) {
+            if let Some(why) = given_up(idle, growth.err(), now.min(before), steps) {
                 return Ok(Err(Reached::Not(nearest.map(Box::new), why)));
             }
             // Once errors fall at their order, it predicts the number of steps.
             let share = now / bound;
             let falls = now < 0.1 && idle == 0;
             let leap = if falls { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
-            steps = (steps as f64 * leap).ceil() as u64;
+            steps = (steps as f64 * leap.min(growth.unwrap_or(leap))).ceil() as u64;
         }
     }
 
