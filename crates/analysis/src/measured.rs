@@ -1,5 +1,6 @@
 //! Errors measured against a reference that has a doubt.
 
+use afterbay_core::larger_or_nan;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -15,12 +16,12 @@ pub struct Doubt {
 impl Doubt {
     /// The larger of each bound; NaN counts as the largest.
     pub fn larger(self, other: Self) -> Self {
-        Self { qp: larger(self.qp, other.qp), w: larger(self.w, other.w) }
+        Self { qp: larger_or_nan(self.qp, other.qp), w: larger_or_nan(self.w, other.w) }
     }
 
     /// The larger of the two bounds.
     pub fn most(self) -> f64 {
-        larger(self.qp, self.w)
+        larger_or_nan(self.qp, self.w)
     }
 }
 
@@ -52,7 +53,10 @@ impl Measured {
     /// The larger error with the larger doubt. The largest true error differs from the largest
     /// measured error by at most this doubt.
     pub fn larger(self, other: Self) -> Self {
-        Self { error: larger(self.error, other.error), doubt: larger(self.doubt, other.doubt) }
+        Self {
+            error: larger_or_nan(self.error, other.error),
+            doubt: larger_or_nan(self.doubt, other.doubt),
+        }
     }
 }
 
@@ -68,11 +72,6 @@ impl fmt::Display for Measured {
     }
 }
 
-/// The larger number; NaN if either is NaN.
-fn larger(a: f64, b: f64) -> f64 {
-    if a >= b || a.is_nan() { a } else { b }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -85,11 +84,5 @@ mod tests {
         assert_eq!(says(0.0, 0.0), "0.0e0");
         assert!(!Measured { error: 1.0, doubt: f64::NAN }.is_resolved());
         assert!(!Measured { error: f64::NAN, doubt: 0.0 }.is_resolved());
-    }
-
-    #[test]
-    fn a_number_that_is_none_is_the_largest() {
-        assert!(larger(1.0, f64::NAN).is_nan() && larger(f64::NAN, 1.0).is_nan());
-        assert_eq!(larger(1.0, 2.0), 2.0);
     }
 }

@@ -23,7 +23,7 @@ const TOLD: usize = 200;
 
 /// The most strides of a run, for about half a minute of work on `dof` degrees of freedom.
 pub(crate) fn most_strides<T: Scalar>(dof: usize) -> usize {
-    let most = if T::EPSILON < 1e-20 { 20_000 } else { 100_000 };
+    let most = if T::IS_EXTENDED { 20_000 } else { 100_000 };
     most / dof.max(1)
 }
 

@@ -1,7 +1,7 @@
 //! A solution at equally spaced times, with a doubt.
 
 use crate::measured::{Doubt, Measured};
-use afterbay_core::{Motors, Scalar, StateRef, accounts};
+use afterbay_core::{Motors, Scalar, StateRef, accounts, larger_or_nan};
 use std::borrow::Cow;
 
 /// The states of a reference at equally spaced times, with a bound of the error of each.
@@ -142,5 +142,17 @@ pub(crate) fn twice_apart<T: Scalar>(a: StateRef<'_, T>, b: StateRef<'_, T>) -> 
 /// The largest difference of two vectors; NaN if either contains NaN.
 pub(crate) fn distance<T: Scalar>(a: &[T], b: &[T]) -> f64 {
     let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).abs().to_f64());
-    differences.fold(0.0, |most, x| if x <= most { most } else { x })
+    differences.fold(0.0, larger_or_nan)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_that_is_no_number_stays_none() {
+        assert!(distance(&[f64::NAN, 1.0], &[0.0, 0.9]).is_nan());
+        assert!(distance(&[1.0, f64::INFINITY], &[0.9, f64::INFINITY]).is_nan());
+        assert_eq!(distance(&[1.0, 2.0], &[1.5, 1.0]), 1.0);
+    }
 }

@@ -1,8 +1,5 @@
 //! The exit codes of the command.
 
-use crate::interrupt;
-use std::process::ExitCode;
-
 /// The arguments are wrong, or the threads could not be started. `clap` uses the same code.
 pub(crate) const USAGE: u8 = 2;
 /// The scene, or a result to compare, is not valid.
@@ -26,18 +23,3 @@ Exit codes:
   130  interrupted by Ctrl-C (all finished work is written)
   143  terminated by SIGTERM (all finished work is written)
        A second signal ends the command at once, and nothing is written.";
-
-/// The code of a command that has written its results.
-pub(crate) fn of_results(failed: bool) -> ExitCode {
-    interrupted().unwrap_or(ExitCode::from(if failed { FAILED } else { 0 }))
-}
-
-/// The code of a command that has none. A signal takes precedence over the failure it caused.
-pub(crate) fn of_failure(code: u8) -> ExitCode {
-    interrupted().unwrap_or(ExitCode::from(code))
-}
-
-/// The code of a command that received a signal.
-pub(crate) fn interrupted() -> Option<ExitCode> {
-    interrupt::signal().map(|signal| ExitCode::from(SIGNAL + signal))
-}

@@ -2,9 +2,9 @@
 
 use crate::arguments::{Format, SceneArguments};
 use crate::bars::Bars;
-use crate::failure::Failure;
+use crate::failure::{Failure, code_of_results};
 use crate::table::Column;
-use crate::{exit_code, interrupt, scene, shard, table};
+use crate::{interrupt, scene, shard, table};
 use afterbay_analysis::study::outcome::COMPLETED;
 use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::experiment::{Cells, Results};
@@ -85,7 +85,7 @@ pub(crate) fn write(
         }
     }
     let failed = runs.iter().any(|run| run.outcome != COMPLETED);
-    Ok(exit_code::of_results(failed))
+    Ok(code_of_results(failed))
 }
 
 /// Makes the folder for the results of a scene before anything is computed. Refuses a folder with

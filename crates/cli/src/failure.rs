@@ -1,6 +1,7 @@
 //! The failures of a command: a message for people and an exit code for scripts.
 
 use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
+use crate::interrupt;
 use afterbay_experiments::ReportError;
 use afterbay_experiments::compare::CompareError;
 use afterbay_experiments::journal::JournalError;
@@ -9,6 +10,7 @@ use miette::{Diagnostic, NamedSource, SourceSpan};
 use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use thiserror::Error;
 
 /// What went wrong, and the exit code.
@@ -89,7 +91,17 @@ pub(crate) struct FailureJson {
     exit_code: u8,
 }
 
+/// The exit code of a command that has written its results, some of which may be failures.
+pub(crate) fn code_of_results(failed: bool) -> ExitCode {
+    interrupt::exit_code().unwrap_or(ExitCode::from(if failed { FAILED } else { 0 }))
+}
+
 impl Failure {
+    /// The exit code. A signal takes precedence over the failure it caused.
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        interrupt::exit_code().unwrap_or(ExitCode::from(self.code))
+    }
+
     pub(crate) fn json(&self) -> FailureJson {
         let trouble = &*self.diagnostic;
         let causes = std::iter::successors(std::error::Error::source(trouble), |e| e.source());

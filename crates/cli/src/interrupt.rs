@@ -4,6 +4,7 @@
 use crate::exit_code::SIGNAL;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
+use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -39,8 +40,13 @@ pub(crate) fn stopped() -> bool {
     stopped
 }
 
+/// The exit code of a command that received a signal.
+pub(crate) fn exit_code() -> Option<ExitCode> {
+    signal().map(|signal| ExitCode::from(SIGNAL + signal))
+}
+
 /// The number of the first signal received, if any.
-pub(crate) fn signal() -> Option<u8> {
+fn signal() -> Option<u8> {
     let received = RECEIVED.get()?.load(Ordering::Relaxed);
     u8::try_from(received).ok().filter(|&signal| signal != 0)
 }

@@ -63,8 +63,9 @@ fn main() -> ExitCode {
         Err(failure) => {
             // A failure to print has nowhere to go but the exit code.
             let _ = (format == Format::Json).then(|| table::json(&failure.json()));
+            let code = failure.exit_code();
             eprintln!("{:?}", miette::Report::new(*failure.diagnostic));
-            exit_code::of_failure(failure.code)
+            code
         }
     }
 }

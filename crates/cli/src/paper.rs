@@ -4,7 +4,7 @@ use crate::arguments::Format;
 use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::table::Column;
-use crate::{exit_code, interrupt, table};
+use crate::{interrupt, table};
 use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::paper::{self, Extent};
 use afterbay_experiments::record;
@@ -44,7 +44,7 @@ pub(crate) fn run(
             table::text(&format!("Report: {}", out.join("report.html").display()))?;
         }
     }
-    if let Some(code) = exit_code::interrupted() {
+    if let Some(code) = interrupt::exit_code() {
         if format == Format::Table {
             table::line("Interrupted: the report says which parts were not finished.")?;
         }

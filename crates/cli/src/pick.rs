@@ -3,9 +3,9 @@
 use crate::arguments::{Format, PickArguments};
 use crate::bars::Bars;
 use crate::experiment::folder;
-use crate::failure::Failure;
+use crate::failure::{Failure, code_of_results};
 use crate::table::Column;
-use crate::{exit_code, interrupt, recommended, scene, table};
+use crate::{interrupt, recommended, scene, table};
 use afterbay_analysis::Measured;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, Trial, Wanted};
 use afterbay_experiments::{ReportError, experiment};
@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
             }
         }
     }
-    Ok(exit_code::of_results(found.qualified.is_empty()))
+    Ok(code_of_results(found.qualified.is_empty()))
 }
 
 /// The answer as JSON.

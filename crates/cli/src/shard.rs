@@ -2,8 +2,7 @@
 //! the end of a share.
 
 use crate::arguments::{Format, ShardArgument};
-use crate::exit_code;
-use crate::failure::Failure;
+use crate::failure::{Failure, code_of_results};
 use crate::table::{self, Column};
 use afterbay_analysis::study::cell::Cell;
 use afterbay_experiments::experiment::Cells;
@@ -126,5 +125,5 @@ pub(crate) fn done(
             out.display(),
         ))?,
     }
-    Ok(exit_code::of_results(false))
+    Ok(code_of_results(false))
 }

@@ -17,10 +17,10 @@
 //! - system: [`System`] and what some systems add ([`Separable`], [`PhasePlane`], [`Curvature`],
 //!   [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from formulas
 //!   ([`Formulas`]), and the [`State`];
-//! - run: [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops
-//!   [`integrate`] and [`integrate_within`];
 //! - [`solver`]: the equations of an implicit step in one or two unknowns: Newton's method, fixed
 //!   points, the test of convergence, and continuation;
+//! - run: [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops
+//!   [`integrate`] and [`integrate_within`];
 //! - [`taylor`]: solutions by Taylor series, as references;
 //! - [`validate`]: tests of a system against its own energy.
 
@@ -36,12 +36,12 @@ pub mod validate;
 pub use error::{InputError, IntegrateError, RunError, StepFailure};
 pub use numbers::{
     Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Single,
-    Slope, Vector, divided, f64x4, f64x8, quadrature, singularity, two_sum,
+    Slope, Vector, divided, f64x4, f64x8, larger_or_nan, quadrature, singularity, two_sum,
 };
 pub use quantity::{Block, Quantity};
 pub use run::{
-    Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, Happen, MOST_EVENTS,
-    Method, Observer, STEPS_OF_BLOCK, Statistics, Step, StepControl, Tolerance, integrate,
+    Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, MOST_EVENTS, Method,
+    Observer, OnEvent, STEPS_OF_BLOCK, Statistics, StepControl, TakeStep, Tolerance, integrate,
     integrate_controlled, integrate_in, integrate_with_events, integrate_within, sample_within,
 };
 pub use system::{

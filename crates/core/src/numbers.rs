@@ -12,6 +12,7 @@ pub mod divided;
 mod dual;
 mod interval;
 mod lanes;
+mod larger;
 mod line;
 mod quad;
 pub mod quadrature;
@@ -24,6 +25,7 @@ mod vector;
 
 pub use corrected::{Corrected, Lanewise};
 pub use interval::{Certainty, Interval};
+pub use larger::larger_or_nan;
 pub use line::Line;
 pub use qd::Quad;
 pub use scalar::{Mask, Scalar};

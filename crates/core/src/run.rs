@@ -10,14 +10,14 @@ mod observer;
 mod reservoir;
 mod tolerance;
 
-pub use adaptive::{
-    Adaptive, Attempt, Statistics, integrate_controlled, integrate_within, sample_within,
-};
+pub use adaptive::{Statistics, integrate_controlled, integrate_within, sample_within};
 pub use controller::StepControl;
-pub use event::{Direction, Event, EventState, Happen, MOST_EVENTS, Step, integrate_with_events};
+pub use event::{
+    Direction, Event, EventState, MOST_EVENTS, OnEvent, TakeStep, integrate_with_events,
+};
 pub use grid::Grid;
 pub use integrate::{integrate, integrate_in};
-pub use method::{Effort, Method};
+pub use method::{Adaptive, Attempt, Effort, Method};
 pub use observer::{Every, Observer};
 pub use reservoir::STEPS_OF_BLOCK;
 pub use tolerance::Tolerance;

@@ -32,7 +32,7 @@ use afterbay_core::{
 
 /// The weight of the squared ratio of two error estimates in their combination (Hairer, Nørsett,
 /// Wanner, II.10).
-const SHARE: f64 = 0.01;
+const RATIO_WEIGHT: f64 = 0.01;
 /// The factor of an estimate across a kink. The weights of Verner's 8(7) differ little on functions
 /// with a kink: the error is then up to 25 times the estimate, which aims at a fifth of the allowed
 /// error (`adaptive_accuracy` in the tests).
@@ -41,12 +41,13 @@ const KINK_CAUTION: f64 = 10.0;
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
 /// A step is near the limit of stability if a step longer by this factor would reach it. A choice.
-const NEAR: f64 = 1.25;
+const NEAR_LIMIT: f64 = 1.25;
 /// A bound of |λ| is steady if it differs from the one before by at most this share. A choice.
-const STEADY: f64 = 0.01;
-/// The largest number of steps with one bound of |λ|: near the limit while it is steady, and
-/// elsewhere. A choice.
-const MOST_STEPS: [u32; 2] = [8, 32];
+const STEADY_CHANGE: f64 = 0.01;
+/// The largest number of steps with one bound of |λ| near the limit while it is steady. A choice.
+const MOST_STEPS_NEAR_LIMIT: u32 = 8;
+/// The largest number of steps with one bound of |λ| far from the limit. A choice.
+const MOST_STEPS_ELSEWHERE: u32 = 32;
 
 /// The memory of a step.
 #[derive(Clone, Debug)]
@@ -70,7 +71,7 @@ pub struct Workspace<V: Vector> {
     length: f64,
     /// The error of K at the end of a longer step from this state, near an equilibrium.
     off: f64,
-    /// An upper bound of |λ| ([`Rates::see`]); 0 if none is known.
+    /// An upper bound of |λ| ([`Rates::bounds`]); 0 if none is known.
     fastest: f64,
     /// The steps since it was computed, and those until it is computed anew.
     since: u32,
@@ -147,7 +148,7 @@ impl<V: Vector> Workspace<V> {
             return self.length * fine;
         }
         let ratio = self.difference(B::DIFFERENCES[1], shares) / fine;
-        self.length * fine / (1.0 + SHARE * ratio * ratio).sqrt()
+        self.length * fine / (1.0 + RATIO_WEIGHT * ratio * ratio).sqrt()
     }
 
     /// The distance of two ends of the step with these differences of weights, over h.
@@ -176,7 +177,7 @@ impl<V: Vector> Workspace<V> {
     /// Projects the new state onto K. If the change exceeds the allowed one, returns the ratio of
     /// the two as the error.
     #[inline]
-    fn project<B, S>(&mut self, system: &S, allowed: [f64; 3]) -> Result<(), f64>
+    fn project<B, S>(&mut self, system: &S, errors_allowed: [f64; 3]) -> Result<(), f64>
     where
         B: Embedded,
         S: System<V::Scalar> + ?Sized,
@@ -189,8 +190,8 @@ impl<V: Vector> Workspace<V> {
             slope: [stages.hq.as_slice(), stages.velocity(B::ROWS.len() - 1).as_slice()],
             target,
             size: (energy.abs() + target.abs()).to_f64(),
-            scales: [allowed[0], allowed[1]],
-            allowed: 1.0,
+            scales: [errors_allowed[0], errors_allowed[1]],
+            share: 1.0,
         };
         projection.apply(system, [q, p], end_energy).map(|_| ())
     }
@@ -222,8 +223,8 @@ impl<V: Vector> Workspace<V> {
     #[cold]
     fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
         let fastest = self.rates.bounds(system, &state.q, &state.p).eigenvalue;
-        let steady = (fastest - self.fastest).abs() <= STEADY * self.fastest;
-        self.until = if steady { MOST_STEPS[0].min(2 * self.until) } else { 1 };
+        let steady = (fastest - self.fastest).abs() <= STEADY_CHANGE * self.fastest;
+        self.until = if steady { MOST_STEPS_NEAR_LIMIT.min(2 * self.until) } else { 1 };
         self.since = 0;
         // A bound that is not finite is discarded.
         self.fastest = if fastest.is_finite() { fastest } else { 0.0 };
@@ -238,16 +239,17 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         (self.length, self.ended) = (h.to_f64().abs(), false);
-        let mut allowed = self.budget.allowed_of_equal_steps(state, self.length);
+        let mut errors_allowed = self.budget.allowed_of_equal_steps(state, self.length);
         // If forces cancel, as in a long chain, the slopes of p are small compared with the
         // roundings that those of q cause in them.
         let force = self.rates.force([largest(&state.q), largest(&state.p)]);
         let slope = V::Scalar::EPSILON * force.max(largest(&self.stages.start));
-        allowed[1] = allowed[1].max(STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length);
+        let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length;
+        errors_allowed[1] = errors_allowed[1].max(rounding);
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
         self.smooth = !self.passes_kink(system, state);
-        let shares = allowed.map(|allowed| allowed.recip().min(f64::MAX));
+        let shares = errors_allowed.map(|allowed| allowed.recip().min(f64::MAX));
         let error = self.error::<B>(shares, self.smooth);
         // A ratio that overflows is an error that is too large; numbers that are not finite give
         // NaN.
@@ -264,7 +266,7 @@ impl<V: Vector> Workspace<V> {
             self.balance_rejected_step(system);
             return Ok(error);
         }
-        if let Err(way) = self.project::<B, S>(system, allowed) {
+        if let Err(way) = self.project::<B, S>(system, errors_allowed) {
             self.finish::<B>(h, state);
             if error > ROUNDING_SUSPECTED_BELOW || !self.is_noise(system) {
                 self.balance_rejected_step(system);
@@ -299,8 +301,8 @@ impl<V: Vector> Workspace<V> {
         }
         let error = self.step::<B, S>(system, h, state)?;
         self.since += 1;
-        let near = self.since >= self.until && self.reach::<B>(length) < NEAR;
-        let due = near || self.since >= MOST_STEPS[1];
+        let near = self.since >= self.until && self.reach::<B>(length) < NEAR_LIMIT;
+        let due = near || self.since >= MOST_STEPS_ELSEWHERE;
         if error > 1.0 || due {
             self.see_fastest(system, state);
         }

@@ -59,7 +59,7 @@ impl<V: Vector> Order<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        let relative = tolerance.relative.min(tolerance.w.0);
+        let relative = tolerance.relative.min(tolerance.w_relative);
         Ok(if relative > LEAST_OF_ORDER_5 {
             Self::Five(Box::new(Engine::new(system, &THREE_STAGES, tolerance, span)?))
         } else if relative > LEAST_OF_ORDER_9 {

@@ -12,13 +12,23 @@
 use afterbay_core::solver::{Equation, Root, Sample, Solver};
 use afterbay_core::{Dissipation, Mask, Scalar, Separable, StepFailure};
 
+/// The factors of the step in the equations for q, p and w.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rates<T> {
+    /// δ(q)/m
+    pub(crate) q: T,
+    /// δ(p)
+    pub(crate) p: T,
+    /// δ(w)/m
+    pub(crate) w: T,
+}
+
 /// A coordinate before its step.
 pub(crate) struct Coordinate<T, F = ()> {
     pub(crate) dof: usize,
     pub(crate) q: T,
     pub(crate) p: T,
-    /// δ(q)/m, δ(p) and δ(w)/m.
-    pub(crate) steps: [T; 3],
+    pub(crate) rates: Rates<T>,
     /// The largest |q_i| of the coordinates coupled to this one. Forces of that size may cancel,
     /// and their sum carries their rounding error.
     pub(crate) reach: T,
@@ -91,9 +101,8 @@ pub(crate) struct Pull<'a, 'b, T, S: ?Sized, F = ()> {
 impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Pull<'_, '_, T, S, F> {
     #[inline(always)]
     fn at(&mut self, share: T, v: T) -> Sample<T> {
-        let Coordinate { q: q0, steps: [rate, delta_p, _], reach, dissipative, drive, .. } =
-            *self.coordinate;
-        let (width, pull) = (share * rate, share * delta_p.half());
+        let Coordinate { q: q0, rates, reach, dissipative, drive, .. } = *self.coordinate;
+        let (width, pull) = (share * rates.q, share * rates.p.half());
         let bend = width * pull;
         let edge =
             self.along.system.divided_difference(self.along.q, self.along.j, width.mul_add(v, q0));
@@ -125,9 +134,9 @@ struct Guarded<'a, 'b, T, S: ?Sized, F>(Pull<'a, 'b, T, S, F>);
 
 impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Guarded<'_, '_, T, S, F> {
     fn at(&mut self, share: T, v: T) -> Sample<T> {
-        let Coordinate { q: q0, steps: [rate, ..], .. } = *self.0.coordinate;
+        let Coordinate { q: q0, rates, .. } = *self.0.coordinate;
         let Along { system, j, ref q, .. } = *self.0.along;
-        if system.is_singular_along(q, j, (share * rate).mul_add(v, q0)) {
+        if system.is_singular_along(q, j, (share * rates.q).mul_add(v, q0)) {
             let slope = T::from_f64(f64::NEG_INFINITY);
             return Sample {
                 value: T::zero(),
@@ -143,8 +152,8 @@ impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Guarded<'
 impl<T> Coordinate<T> {
     /// This step under a drive, whose force may be known.
     pub(crate) fn under(self, drive: Option<T>) -> Coordinate<T, Option<T>> {
-        let Self { dof, q, p, steps, reach, dissipative, drive: () } = self;
-        Coordinate { dof, q, p, steps, reach, dissipative, drive }
+        let Self { dof, q, p, rates, reach, dissipative, drive: () } = self;
+        Coordinate { dof, q, p, rates, reach, dissipative, drive }
     }
 }
 
@@ -190,14 +199,14 @@ impl<T: Scalar, F: Known<T>> Coordinate<T, F> {
     #[inline(always)]
     fn start(&self) -> T {
         match self.drive.force() {
-            Some(force) => self.steps[1].half().mul_add(force, self.p),
+            Some(force) => self.rates.p.half().mul_add(force, self.p),
             None => self.p,
         }
     }
 
     #[inline(always)]
     fn end(&self, v: T) -> T {
-        self.steps[0].mul_add(v, self.q)
+        self.rates.q.mul_add(v, self.q)
     }
 
     /// Called if the equation was not solved, or its solution lies beyond a singularity. Finds the
@@ -246,12 +255,12 @@ impl<T: Scalar, F: Known<T>> Coordinate<T, F> {
         root: Root<T>,
         mut along: Along<'_, T, S>,
     ) -> Moved<T> {
-        let Self { q: q0, p: p0, steps: [rate, _, drain], dissipative, drive, .. } = *self;
+        let Self { q: q0, p: p0, rates, dissipative, drive, .. } = *self;
         let v = root.x;
-        let q = rate.mul_add(v, q0);
+        let q = rates.q.mul_add(v, q0);
         let dw = if dissipative {
-            let drag = along.dissipation_of(rate.half().mul_add(v, q0), v, drive.force()).value;
-            drain * drive.force().map_or(drag, |force| drag - force) * v
+            let drag = along.dissipation_of(rates.q.half().mul_add(v, q0), v, drive.force()).value;
+            rates.w * drive.force().map_or(drag, |force| drag - force) * v
         } else {
             T::zero()
         };

@@ -30,9 +30,9 @@ use crate::kernels::reductions::max_norm;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, Scalar, State, StepFailure, Vector};
 
-/// A solution is rejected if an equation is off by more than this share of its terms
+/// The error of an equation, as a share of its terms, at which a solution is rejected.
 const LARGEST_DEFECT: f64 = 1e-3;
-/// and this number of their roundings.
+/// The number of roundings of z̄ that are allowed in addition to [`LARGEST_DEFECT`].
 const DEFECT_ROUNDINGS: f64 = 64.0;
 
 /// The implicit midpoint rule.

@@ -47,7 +47,7 @@ pub(crate) use binding::Increments;
 pub use compensated::Compensated;
 pub use composition::Composition;
 pub use general::GeneralIncrement;
-pub(crate) use sweep::{advance, sweep};
+pub(crate) use sweep::{Member, Stride, advance, sweep};
 
 use crate::balance::{self, Account};
 use afterbay_core::{
@@ -55,7 +55,7 @@ use afterbay_core::{
 };
 use before::Before;
 use friction::Friction;
-use sweep::overall;
+use sweep::largest_if_dense;
 
 /// The coordinate-increment discrete gradient, a composition of forward and backward sweeps.
 #[derive(Clone, Debug)]
@@ -131,19 +131,19 @@ where
         let Workspace { before, order, first_motor, friction } = workspace;
         let first_motor = *first_motor;
         let sweeps = |state: &mut State<V>| {
-            let overall = overall(&system.coupling(), state.q.as_slice());
+            let largest_q = largest_if_dense(&system.coupling(), state.q.as_slice());
             let mut effort = Effort::default();
             for (i, fraction) in self.composition.fractions::<V::Scalar>().enumerate() {
-                let h = fraction * h;
+                let stride = Stride { h: fraction * h, largest_q };
                 let (there, back) = (order.iter().copied(), order.iter().rev().copied());
                 effort += match (friction.as_mut(), i % 2) {
-                    (None, 0) => sweep(system, [h, overall], first_motor, state, there)?,
-                    (None, _) => sweep(system, [h, overall], first_motor, state, back)?,
+                    (None, 0) => sweep(system, stride, first_motor, state, there)?,
+                    (None, _) => sweep(system, stride, first_motor, state, back)?,
                     (Some(friction), 0) => {
-                        rubbed(system, [h, overall], first_motor, state, friction, there, back)?
+                        rubbed(system, stride, first_motor, state, friction, there, back)?
                     }
                     (Some(friction), _) => {
-                        rubbed(system, [h, overall], first_motor, state, friction, back, there)?
+                        rubbed(system, stride, first_motor, state, friction, back, there)?
                     }
                 };
             }
@@ -204,7 +204,7 @@ fn ordering(
 /// order `there`, the second in the order `back`.
 fn rubbed<V, S>(
     system: &S,
-    [h, overall]: [V::Scalar; 2],
+    stride: Stride<V::Scalar>,
     first_motor: usize,
     state: &mut State<V>,
     friction: &mut Friction<V>,
@@ -215,8 +215,8 @@ where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
 {
-    friction.pass(system, h.half(), state, there.clone())?;
-    let effort = sweep(system, [h, overall], first_motor, state, there)?;
-    friction.pass(system, h.half(), state, back)?;
+    friction.pass(system, stride.h.half(), state, there.clone())?;
+    let effort = sweep(system, stride, first_motor, state, there)?;
+    friction.pass(system, stride.h.half(), state, back)?;
     Ok(effort)
 }

@@ -32,6 +32,12 @@ pub(crate) fn narrow<T: Scalar>(x: Quad) -> T {
     T::from_f64(x.0) + T::from_f64(x.1)
 }
 
+/// Converts a scalar that holds one number without rounding.
+pub(crate) fn widen<T: Scalar>(x: T) -> Quad {
+    let high = x.to_f64();
+    Quad::from_f64(high) + Quad::from_f64((x - T::from_f64(high)).to_f64())
+}
+
 /// √(2j+1)
 fn norm(j: usize) -> Quad {
     Scalar::sqrt(whole(2 * j + 1))

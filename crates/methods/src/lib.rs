@@ -1,50 +1,53 @@
-//! One-step methods for dissipative Hamiltonian systems, one method per file.
+//! One-step methods for dissipative Hamiltonian systems, and what they share.
 //!
-//! Each module states its discrete equations, their source, the order, the quantities the method
-//! conserves and the conditions under which a step fails. [`registry`] lists all methods by name.
-//! Two variants of [`Increment`] share its [`Composition`]s: [`GeneralIncrement`] for H that is not
-//! separable, and [`Tiled`] for chains and rings of equal members; the registry chooses the variant
-//! that fits a system. [`Compensated`] prevents rounding errors from accumulating over very long
-//! runs.
+//! The module of each method states its discrete equations, their source, the order, the quantities
+//! the method conserves and the conditions under which a step fails. [`registry`] lists all methods
+//! by name. Two variants of [`Increment`] share its [`Composition`]s: [`GeneralIncrement`] for H
+//! that is not separable, and [`Tiled`] for chains and rings of equal members; the registry chooses
+//! the variant that fits a system. [`Compensated`] prevents rounding errors from accumulating over
+//! very long runs.
 
 // The unit tests leave out the table of methods (`registry`), so that items used by it alone are
 // dead code there.
 #![cfg_attr(test, allow(dead_code, unused_imports))]
 
-mod adaptive;
+// Methods.
 mod adaptive_collocation;
 mod adaptive_dop853;
-mod adaptive_explicit;
 mod adaptive_radau;
 mod adaptive_verner;
-mod balance;
 mod collocation;
-mod commit;
-mod coordinate;
 mod explicit_dop853;
 mod gonzalez;
 mod implicit_midpoint;
 mod increment;
+mod leapfrog;
+mod linear_exact;
+mod locally_exact;
+pub mod moddg;
+mod relaxed;
+mod rk4;
+mod splitting;
+
+// What they share.
+mod adaptive;
+mod adaptive_explicit;
+mod balance;
+mod commit;
+mod coordinate;
 mod iteration;
 mod kernels;
 mod kick;
-mod leapfrog;
 mod legendre;
 mod linear;
-mod linear_exact;
 mod linear_flow;
-mod locally_exact;
 mod measured_rounding;
-pub mod moddg;
 mod points;
 mod radau;
 pub mod registry;
-mod relaxed;
-mod rk4;
 mod rounding;
 mod runge_kutta;
 mod second_derivatives;
-mod splitting;
 
 pub use adaptive_collocation::AdaptiveCollocation;
 pub use adaptive_dop853::AdaptiveDop853;

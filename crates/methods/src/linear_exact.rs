@@ -75,8 +75,9 @@ pub struct Workspace<V: Vector> {
     at: [V; 2],
     slope: [V; 2],
     d: V,
-    /// These vectors for products with A
-    inner: ([V; 2], V),
+    /// ∇H and D for products with A
+    inner_slope: [V; 2],
+    inner_d: V,
     constant: [V; 2],
 }
 
@@ -118,7 +119,8 @@ where
             at: pair(),
             slope: pair(),
             d: zeros(),
-            inner: (pair(), zeros()),
+            inner_slope: pair(),
+            inner_d: zeros(),
             constant: pair(),
         };
         let origin = V::zeros(n);
@@ -149,58 +151,73 @@ where
             return Ok(Effort::default());
         }
         let damping = system.dissipation_form();
-        let Workspace { flow, q, p, w, at, slope, d, inner, constant } = workspace;
-        let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_mut_slice());
-        let [q0, p0, w0] = [state.q.as_slice(), state.p.as_slice(), state.w.as_slice()];
-        let effort = match flow {
-            Flow::Table(table) => {
-                table.prepare(h);
-                table.step([q0, p0], [&mut *q, &mut *p, &mut *w]);
-                Effort { evaluations: 1, iterations: 0 }
-            }
-            Flow::Series(flow) => {
-                let [u_q, u_p] = &mut flow.u;
-                velocity(system, [q0, p0], slope, d, [u_q.as_mut_slice(), u_p.as_mut_slice()]);
-                w.fill(V::Scalar::zero());
-                let products = flow.follow(
-                    h,
-                    |[x, y], [a, b]| {
-                        velocity(system, [x, y], &mut inner.0, &mut inner.1, [&mut *a, &mut *b]);
-                        for (to, constant) in [(a, &constant[0]), (b, &constant[1])] {
-                            to.iter_mut().zip(constant.as_slice()).for_each(|(to, &c)| *to -= c);
-                        }
-                    },
-                    |weight, [x, y]| {
-                        if damping.zero {
-                            return;
-                        }
-                        let [at_q, at_p] = at;
-                        let (at_q, at_p) = (at_q.as_mut_slice(), at_p.as_mut_slice());
-                        for j in 0..w.len() {
-                            (at_q[j], at_p[j]) = (q0[j] + x[j], p0[j] + y[j]);
-                        }
-                        let [hq, hp] = slope;
-                        let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
-                        system.gradient(at_q, at_p, hq, hp);
-                        system.dissipation(at_q, at_p, hp, d);
-                        for j in 0..w.len() {
-                            w[j] = weight.mul_add(d[j] * hp[j], w[j]);
-                        }
-                    },
-                );
-                let Some(evaluations) = products else { return Err(flow.too_long()) };
-                let [x, y] = [flow.y[0].as_slice(), flow.y[1].as_slice()];
-                for j in 0..x.len() {
-                    (q[j], p[j]) = (q0[j] + x[j], p0[j] + y[j]);
-                }
-                Effort { evaluations, iterations: 0 }
-            }
-        };
-        for (w, &w0) in w.iter_mut().zip(w0) {
+        let effort = workspace.follow(system, h, state, &damping)?;
+        let Workspace { q, p, w, .. } = workspace;
+        let (q, p, w) = (q.as_slice(), p.as_slice(), w.as_mut_slice());
+        for (w, &w0) in w.iter_mut().zip(state.w.as_slice()) {
             *w = w0 + gain(&damping, *w);
         }
         commit(state, [q, p, w], !damping.zero)?;
         Ok(effort)
+    }
+}
+
+impl<V: Vector> Workspace<V> {
+    /// Computes q1, p1 and, in `w`, the energies dissipated.
+    #[inline]
+    fn follow<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        damping: &DissipationForm,
+    ) -> Result<Effort, StepFailure> {
+        let Self { flow, q, p, w, at, slope, d, inner_slope, inner_d, constant } = self;
+        let (q, p, w) = (q.as_mut_slice(), p.as_mut_slice(), w.as_mut_slice());
+        let [q0, p0] = [state.q.as_slice(), state.p.as_slice()];
+        let flow = match flow {
+            Flow::Table(table) => {
+                table.prepare(h);
+                table.step([q0, p0], [q, p, w]);
+                return Ok(Effort { evaluations: 1, iterations: 0 });
+            }
+            Flow::Series(flow) => flow,
+        };
+        let [u_q, u_p] = &mut flow.u;
+        velocity(system, [q0, p0], slope, d, [u_q.as_mut_slice(), u_p.as_mut_slice()]);
+        w.fill(V::Scalar::zero());
+        let products = flow.follow(
+            h,
+            |[x, y], [a, b]| {
+                velocity(system, [x, y], inner_slope, inner_d, [&mut *a, &mut *b]);
+                for (to, constant) in [(a, &constant[0]), (b, &constant[1])] {
+                    to.iter_mut().zip(constant.as_slice()).for_each(|(to, &c)| *to -= c);
+                }
+            },
+            |weight, [x, y]| {
+                if damping.zero {
+                    return;
+                }
+                let [at_q, at_p] = at;
+                let (at_q, at_p) = (at_q.as_mut_slice(), at_p.as_mut_slice());
+                for j in 0..w.len() {
+                    (at_q[j], at_p[j]) = (q0[j] + x[j], p0[j] + y[j]);
+                }
+                let [hq, hp] = slope;
+                let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
+                system.gradient(at_q, at_p, hq, hp);
+                system.dissipation(at_q, at_p, hp, d);
+                for j in 0..w.len() {
+                    w[j] = weight.mul_add(d[j] * hp[j], w[j]);
+                }
+            },
+        );
+        let Some(evaluations) = products else { return Err(flow.too_long()) };
+        let [x, y] = [flow.y[0].as_slice(), flow.y[1].as_slice()];
+        for j in 0..x.len() {
+            (q[j], p[j]) = (q0[j] + x[j], p0[j] + y[j]);
+        }
+        Ok(Effort { evaluations, iterations: 0 })
     }
 }
 

@@ -9,7 +9,7 @@
 //! accurate to rounding too. No matrix norm is needed: the terms of the series determine the length
 //! of a span, separately for q and p and thus independently of their units.
 
-use crate::legendre::gauss;
+use crate::legendre::{gauss, narrow};
 use afterbay_core::{Mask, Quad, Quantity, Scalar, StepFailure, Vector};
 use std::sync::LazyLock;
 
@@ -37,10 +37,9 @@ static RULES: [LazyLock<Vec<[Quad; 2]>>; 2] =
 /// Gauss nodes in [0, 1] and their weights, sufficient for a span.
 pub(crate) fn nodes<T: Scalar>() -> Vec<[T; 2]> {
     let [short, long] = &RULES;
-    let rule = if T::EPSILON < 1e-20 { long } else { short };
-    let narrow = |x: Quad| T::from_f64(x.0) + T::from_f64(x.1);
+    let rule = if T::IS_EXTENDED { long } else { short };
     let pair = |&[x, weight]: &[Quad; 2]| {
-        let [x, weight] = [narrow(x).half(), narrow(weight)];
+        let [x, weight] = [narrow::<T>(x).half(), narrow(weight)];
         [[T::one().half() - x, weight], [T::one().half() + x, weight]]
     };
     rule.iter().flat_map(pair).collect()
@@ -48,7 +47,7 @@ pub(crate) fn nodes<T: Scalar>() -> Vec<[T; 2]> {
 
 /// The number of terms of the series. The last is a rounding of the first where |A| τ is about 1.4.
 pub(crate) fn terms<T: Scalar>() -> usize {
-    if T::EPSILON < 1e-20 { 32 } else { 20 }
+    if T::IS_EXTENDED { 32 } else { 20 }
 }
 
 impl<V: Vector> LinearFlow<V> {

@@ -94,7 +94,7 @@ fn measure<T: Scalar, S: System<T> + ?Sized>(
     memory: &mut Memory<T>,
 ) -> f64 {
     // The rule has 16 digits.
-    if T::EPSILON < f64::EPSILON / 4.0 {
+    if T::IS_EXTENDED {
         return 0.0;
     }
     let mut ray = Ray { system, z: [q, p], memory };

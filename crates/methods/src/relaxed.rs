@@ -47,10 +47,10 @@ use track::{Known, Track};
 
 /// An explicit Runge-Kutta method with relaxation.
 #[derive(Clone, Copy, Debug)]
-pub struct Relaxed(Of);
+pub struct Relaxed(Scheme);
 
 #[derive(Clone, Copy, Debug)]
-enum Of {
+enum Scheme {
     Classical,
     Dop853,
     Verner98,
@@ -59,23 +59,23 @@ enum Of {
 impl Relaxed {
     /// The classical Runge-Kutta method, order 4.
     pub const fn rk4() -> Self {
-        Self(Of::Classical)
+        Self(Scheme::Classical)
     }
 
     /// The twelve-stage method DOP853, order 8.
     pub const fn dop853() -> Self {
-        Self(Of::Dop853)
+        Self(Scheme::Dop853)
     }
 
     /// The sixteen-stage method of Verner's pair 9(8), order 9.
     pub const fn verner98() -> Self {
-        Self(Of::Verner98)
+        Self(Scheme::Verner98)
     }
 }
 
 /// The stages are recomputed if the last γ differs from the new one by more than this share of γ -
 /// 1. It bounds the lag of a step by the same share of h (γ - 1).
-const FORETOLD: f64 = 0.125;
+const PREDICTION_TOLERANCE: f64 = 0.125;
 
 /// The direction of a step, the chord from the old state to the new one, and the data of the last
 /// step.
@@ -102,9 +102,9 @@ where
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         let n = system.dof();
         let stages = match self.0 {
-            Of::Classical => Classical::ROWS.len(),
-            Of::Dop853 => Dop853::ROWS.len(),
-            Of::Verner98 => Verner98::ROWS.len(),
+            Scheme::Classical => Classical::ROWS.len(),
+            Scheme::Dop853 => Dop853::ROWS.len(),
+            Scheme::Verner98 => Verner98::ROWS.len(),
         };
         Ok(Workspace {
             direction: Direction::new(system, stages),
@@ -132,14 +132,14 @@ where
         let mut guess = known.gamma;
         let mut effort = direction.begin(system, state);
         let take = |direction: &mut Direction<V>, guess| match self.0 {
-            Of::Classical => direction.take::<Classical, S>(system, ahead / guess, state),
-            Of::Dop853 => direction.take::<Dop853, S>(system, ahead / guess, state),
-            Of::Verner98 => direction.take::<Verner98, S>(system, ahead / guess, state),
+            Scheme::Classical => direction.take::<Classical, S>(system, ahead / guess, state),
+            Scheme::Dop853 => direction.take::<Dop853, S>(system, ahead / guess, state),
+            Scheme::Verner98 => direction.take::<Verner98, S>(system, ahead / guess, state),
         };
         effort += take(direction, guess);
         let mut gamma = chord.relax(system, state, direction, [now, known.total])?;
-        let far =
-            (gamma - guess).abs().to_f64() > FORETOLD * (gamma - V::Scalar::one()).abs().to_f64();
+        let far = (gamma - guess).abs().to_f64()
+            > PREDICTION_TOLERANCE * (gamma - V::Scalar::one()).abs().to_f64();
         if far && direction.feel(state, gamma - guess) {
             guess = gamma;
             effort += take(direction, guess);

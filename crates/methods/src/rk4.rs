@@ -38,10 +38,23 @@ pub struct Workspace<V> {
     dw: V,
 }
 
-/// For each stage, its time and the offset of the next stage in units of h, and the weight of this
-/// stage in units of h/6.
-const STAGES: [(f64, f64, f64); 4] =
-    [(0.0, 0.5, 1.0), (0.5, 0.5, 2.0), (0.5, 1.0, 2.0), (1.0, 0.0, 1.0)];
+/// A stage.
+#[derive(Clone, Copy, Debug)]
+struct Stage {
+    /// Its time, in units of h.
+    time: f64,
+    /// The offset of the next stage from the start of the step, in units of h.
+    ahead: f64,
+    /// Its weight, in units of h/6.
+    weight: f64,
+}
+
+const STAGES: [Stage; 4] = [
+    Stage { time: 0.0, ahead: 0.5, weight: 1.0 },
+    Stage { time: 0.5, ahead: 0.5, weight: 2.0 },
+    Stage { time: 0.5, ahead: 1.0, weight: 2.0 },
+    Stage { time: 1.0, ahead: 0.0, weight: 1.0 },
+];
 
 impl Binding for Rk4 {
     const LANES: Option<InLanes<Self>> = Some(Self::bind_stored);
@@ -122,7 +135,7 @@ where
     }
     let driven = system.motors() > 0;
     let mut known = None;
-    for (time, ahead, weight) in STAGES {
+    for Stage { time, ahead, weight } in STAGES {
         let ahead = h * V::Scalar::from_f64(ahead);
         let weight = h * (V::Scalar::from_f64(weight) / V::Scalar::from_f64(6.0));
         system.gradient(q, p, hq, hp);

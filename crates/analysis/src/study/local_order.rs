@@ -205,7 +205,7 @@ impl LocalOrder {
             let mut rounding = [sizes(|of| of.q), sizes(|of| of.p), sizes(|of| of.w)]
                 .map(|size| 2.0 * T::EPSILON * size);
             // Nothing is more accurate than `Quad`, so that a few roundings are assumed.
-            if T::EPSILON < 1e-20 {
+            if T::IS_EXTENDED {
                 rounding = rounding.map(|rounding| 4.0 * rounding);
             } else if let Some(lost) = lost(&method, &exact, h, ends[0]) {
                 rounding = [0, 1, 2].map(|variable| rounding[variable] + lost[variable]);

@@ -12,6 +12,7 @@
 
 mod alone;
 mod atlas;
+mod error;
 mod halves;
 mod image;
 mod lanes;
@@ -26,7 +27,8 @@ mod verdict;
 mod walk;
 
 pub use atlas::{AtlasRow, atlas};
-pub use map::{MOST_STEPS, Map, MapError};
+pub use error::MapError;
+pub use map::{MOST_STEPS, Map};
 pub use measure::KEPT;
 pub use piece::StabilityRow;
 pub use reference::References;

@@ -9,6 +9,7 @@
 //! Graillat, P. Langlois and N. Louvet (2009), for any straight-line program.
 
 use super::scalar::{Mask, Scalar};
+use super::two_sum::two_sum;
 use qd::Quad;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -17,14 +18,6 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 pub struct Corrected<T> {
     value: T,
     lost: T,
-}
-
-/// a + b and its error.
-#[inline(always)]
-fn sum<T: Scalar>(a: T, b: T) -> (T, T) {
-    let sum = a + b;
-    let of_b = sum - a;
-    (sum, (a - (sum - of_b)) + (b - of_b))
 }
 
 /// a b and its error.
@@ -44,7 +37,7 @@ impl<T: Scalar> Corrected<T> {
     /// The nearest number of `T`, with the rest as its error.
     #[inline(always)]
     pub fn normalised(self) -> Self {
-        let (value, lost) = sum(self.value, self.lost);
+        let [value, lost] = two_sum(self.value, self.lost);
         // The rest of an overflow is not finite and is set to 0.
         let finite = value.is_finite().and(lost.is_finite());
         Self { value, lost: T::select(finite, lost, value * T::zero()) }
@@ -86,7 +79,7 @@ impl<T: Scalar> Add for Corrected<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let (value, error) = sum(self.value, other.value);
+        let [value, error] = two_sum(self.value, other.value);
         Self { value, lost: error + (self.lost + other.lost) }
     }
 }

@@ -10,6 +10,7 @@
 //! (R. E. Moore, R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, SIAM 2009.)
 
 use super::scalar::{Mask, Scalar};
+use super::two_sum::two_sum;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -64,13 +65,6 @@ fn down(x: f64, count: u32) -> f64 {
 /// `x` moved up by `count` units in the last place.
 fn up(x: f64, count: u32) -> f64 {
     (0..count).fold(x, |x, _| x.next_up())
-}
-
-/// a + b and its rounding error, with the sign of which an enclosure is made.
-fn sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let back = sum - a;
-    (sum, (a - (sum - back)) + (b - back))
 }
 
 /// a b and the sign of its rounding error; NaN where that is not known, near underflow.
@@ -191,7 +185,10 @@ impl Interval {
 impl Add for Interval {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self::bounded(below(sum(self.low, other.low)), above(sum(self.high, other.high)))
+        Self::bounded(
+            below(two_sum(self.low, other.low).into()),
+            above(two_sum(self.high, other.high).into()),
+        )
     }
 }
 

@@ -70,7 +70,7 @@ fn panel<T: Scalar, const K: usize>(
     [from, to]: [T; 2],
     f: &impl Fn(T, T) -> [T; K],
 ) -> Panel<T, K> {
-    let rule: &[[f64; 6]] = if T::EPSILON < 1e-20 { &NODES_16 } else { &NODES_8 };
+    let rule: &[[f64; 6]] = if T::IS_EXTENDED { &NODES_16 } else { &NODES_8 };
     let (length, share) = (b - a, to - from);
     let (width, centre) = (length * share, from + share.half());
     let middle = a + length * centre;

@@ -69,6 +69,9 @@ pub trait Scalar:
     /// The unit roundoff: the largest relative error of a sum or product.
     const EPSILON: f64;
 
+    /// Whether the numbers have more digits than `f64`.
+    const IS_EXTENDED: bool = Self::EPSILON < f64::EPSILON / 4.0;
+
     /// `x`, without rounding.
     fn from_f64(x: f64) -> Self;
 

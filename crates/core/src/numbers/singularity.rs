@@ -80,11 +80,7 @@ pub fn between(from: Interval, to: Interval, share: Interval) -> Interval {
 /// rounding to `f64` where the scalar has more digits.
 pub fn enclosed<T: Scalar>(x: T, lane: usize) -> Interval {
     let x = x.lane(lane);
-    if T::EPSILON < f64::EPSILON / 4.0 {
-        Interval::new(x.next_down(), x.next_up())
-    } else {
-        Interval::from_f64(x)
-    }
+    if T::IS_EXTENDED { Interval::new(x.next_down(), x.next_up()) } else { Interval::from_f64(x) }
 }
 
 /// Whether f has no limit at x, or a jump. It decides where an enclosure cannot tell a pole from a

@@ -2,7 +2,7 @@
 
 use super::controller::{CUT, Controller, LAST_STRETCH, MOST_CUTS, StepControl, first};
 use super::integrate::check_between;
-use super::method::Effort;
+use super::method::{Adaptive, Attempt, Effort};
 use super::observer::Observer;
 use super::tolerance::Tolerance;
 use crate::error::{InputError, IntegrateError, RunError, StepFailure};
@@ -13,75 +13,6 @@ use crate::system::{State, System};
 /// the larger of |t| and the proposed step: 512 unit roundoffs. Over so short a step the estimate
 /// is rounding.
 const LARGEST_UNCONTROLLED: f64 = 5.7e-14;
-
-/// A method that estimates its own error.
-pub trait Adaptive<V: Vector, S: System<V::Scalar> + ?Sized> {
-    /// Scratch space and the last attempted step.
-    type Workspace;
-
-    /// The least factor by which a step grows; at least 1. A step that could grow by less keeps its
-    /// length. Above 1 it pays for methods that reuse work as long as the step does not change.
-    const LEAST_GROWTH: f64 = 1.0;
-
-    /// The workspace for a run over the time `span`.
-    ///
-    /// # Errors
-    /// [`InputError::Unsupported`] if the method does not apply to this system,
-    /// [`InputError::Tolerance`] if it cannot meet the tolerance.
-    fn workspace(
-        &self,
-        system: &S,
-        tolerance: &Tolerance,
-        span: f64,
-    ) -> Result<Self::Workspace, InputError>;
-
-    /// Computes the step h from `state`, which does not change, and estimates its error.
-    ///
-    /// # Errors
-    /// A [`StepFailure`]. A shorter step may succeed.
-    fn attempt(
-        &self,
-        system: &S,
-        h: V::Scalar,
-        state: &State<V>,
-        workspace: &mut Self::Workspace,
-    ) -> Result<Attempt, StepFailure>;
-
-    /// The coordinates at the end of the step attempted last.
-    fn end<'a>(&self, workspace: &'a Self::Workspace) -> &'a [V::Scalar];
-
-    /// Moves `state` to the end of the step attempted last. The caller sets its time.
-    fn accept(&self, state: &mut State<V>, workspace: &mut Self::Workspace);
-
-    /// Computes the state at the time h after `before`, the initial state of the step accepted
-    /// last, which is longer than h.
-    ///
-    /// # Errors
-    /// A [`StepFailure`].
-    fn between(
-        &self,
-        system: &S,
-        h: V::Scalar,
-        before: &State<V>,
-        workspace: &mut Self::Workspace,
-        to: &mut State<V>,
-    ) -> Result<Effort, StepFailure>;
-}
-
-/// The estimates for an attempted step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Attempt {
-    /// The error as a share of the error allowed for the step; accepted up to 1. Infinite if the
-    /// end of the step was not computed.
-    pub error: f64,
-    /// The power of h by which this share grows.
-    pub order: u32,
-    /// The largest factor from this step to the next for reasons other than the error, such as
-    /// stability.
-    pub largest_growth: f64,
-    /// The work done.
-    pub effort: Effort,
-}
 
 /// The steps of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

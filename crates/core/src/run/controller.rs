@@ -3,7 +3,7 @@
 //! A controller that sees how the error changes from step to step (K. Gustafsson, ACM TOMS 20
 //! (1994) 496-517). All errors are shares of the error allowed for the step.
 
-use super::adaptive::Attempt;
+use super::method::Attempt;
 use super::tolerance::Tolerance;
 use crate::error::InputError;
 use crate::numbers::{Scalar, Vector};

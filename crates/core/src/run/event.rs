@@ -71,12 +71,13 @@ pub struct EventState<'a> {
     pub t: f64,
 }
 
-/// Receives event number i of the list and the state there. `Break` ends the run.
-pub type Happen<'a> = &'a mut dyn FnMut(usize, EventState<'_>) -> ControlFlow<()>;
+/// Receives the index of an event in the list and the state there. `Break` ends the run.
+pub type OnEvent<'a> = &'a mut dyn FnMut(usize, EventState<'_>) -> ControlFlow<()>;
 
 /// Takes a step of the given length. The state is unchanged after an error, and its time is not
 /// set.
-pub type Step<'a> = &'a mut dyn FnMut(f64, &mut State<Vec<f64>>) -> Result<Effort, IntegrateError>;
+pub type TakeStep<'a> =
+    &'a mut dyn FnMut(f64, &mut State<Vec<f64>>) -> Result<Effort, IntegrateError>;
 
 /// [`integrate`](super::integrate) with events. An event within a step is the end of a shorter step
 /// of the same method: it has the accuracy of the method, and K is kept if the method keeps it.
@@ -91,18 +92,15 @@ pub type Step<'a> = &'a mut dyn FnMut(f64, &mut State<Vec<f64>>) -> Result<Effor
 /// [`MOST_EVENTS`] events fall into one step of the grid, and [`InputError`] where an event leaves
 /// a state that is not finite.
 pub fn integrate_with_events(
-    step: Step<'_>,
+    step: TakeStep<'_>,
     grid: Grid<f64>,
     state: &mut State<Vec<f64>>,
-    (events, happen): (&[Event<'_>], Happen<'_>),
+    (events, happen): (&[Event<'_>], OnEvent<'_>),
     observer: &mut dyn FnMut(u64, StateRef<'_, f64>) -> ControlFlow<()>,
 ) -> Result<Effort, IntegrateError> {
     let start = state.t;
-    let time = |n: u64| (n as f64).mul_add(grid.h, start);
-    let end = time(grid.steps);
-    if end + grid.h == end || !end.is_finite() {
-        return Err(InputError::TimeStalled { t: end, h: grid.h }.into());
-    }
+    grid.check_from(start)?;
+    let time = |n: u64| grid.time(start, n);
     let mut sides: Vec<Side> = events.iter().map(|event| Side::of(event.value(state))).collect();
     let mut effort = Effort::default();
     if observer(0, state.state_ref()).is_break() {
@@ -129,12 +127,12 @@ pub fn integrate_with_events(
             let mut next = advance(h)?;
             next.t = time(n);
             let mut within = |share: f64| advance(share * h);
-            let (i, there) = match first(events, &sides, [state, &next], &mut within)? {
-                First::Event(i, there) if count < MOST_EVENTS => (i, there),
-                First::Event(..) | First::AtOnce => {
+            let (i, there) = match first_event(events, &sides, [state, &next], &mut within)? {
+                FirstEvent::Event(i, there) if count < MOST_EVENTS => (i, there),
+                FirstEvent::Event(..) | FirstEvent::AtOnce => {
                     return Err(failed(StepFailure::EventsAccumulate { count }).into());
                 }
-                First::None => {
+                FirstEvent::None => {
                     *state = next;
                     let values = events.iter().map(|event| event.value(state));
                     sides.iter_mut().zip(values).for_each(|(side, value)| side.leave(value));
@@ -148,16 +146,7 @@ pub fn integrate_with_events(
                 return Ok(effort);
             }
             state.check(state.q.len())?;
-            for (j, (side, event)) in sides.iter_mut().zip(events).enumerate() {
-                let [was, is] = [&there, &*state].map(|state| event.value(state));
-                if was != is {
-                    // The event moved this function, too.
-                    *side = Side::of(is);
-                } else if i == j {
-                    let scale = event.value(&next).abs();
-                    side.happen(was, scale, *state != there);
-                }
-            }
+            settle(&mut sides, events, i, [&there, state, &next]);
         }
         state.t = time(n);
         if observer(n, state.state_ref()).is_break() {
@@ -165,6 +154,26 @@ pub fn integrate_with_events(
         }
     }
     Ok(effort)
+}
+
+/// Updates the sides after event i, which changed the first state to the second within a step that
+/// led to the third.
+fn settle(
+    sides: &mut [Side],
+    events: &[Event<'_>],
+    i: usize,
+    [before, after, next]: [&State<Vec<f64>>; 3],
+) {
+    for (j, (side, event)) in sides.iter_mut().zip(events).enumerate() {
+        let [was, is] = [before, after].map(|state| event.value(state));
+        if was != is {
+            // The event moved this function, too.
+            *side = Side::of(is);
+        } else if i == j {
+            let scale = event.value(next).abs();
+            side.happen(was, scale, after != before);
+        }
+    }
 }
 
 /// The side of zero on which a function is.
@@ -205,7 +214,7 @@ impl Side {
 }
 
 /// The first event of a step.
-enum First {
+enum FirstEvent {
     /// Its number, and the state there.
     Event(usize, State<Vec<f64>>),
     /// The event that changed the state happens again at once.
@@ -213,8 +222,8 @@ enum First {
     None,
 }
 
-/// The way in which a function reaches zero within a step.
-enum Way {
+/// How a function reaches zero within a step.
+enum Approach {
     /// It crosses zero between a share of the step, at which it has a value on its side, and the
     /// end: the share and the value.
     After(f64, f64),
@@ -229,20 +238,20 @@ enum Way {
 type Within<'a> = &'a mut dyn FnMut(f64) -> Result<State<Vec<f64>>, IntegrateError>;
 
 /// Looks for the first event on the way from one state to the next.
-fn first(
+fn first_event(
     events: &[Event<'_>],
     sides: &[Side],
     [state, next]: [&State<Vec<f64>>; 2],
     within: Within<'_>,
-) -> Result<First, IntegrateError> {
+) -> Result<FirstEvent, IntegrateError> {
     let mut first: Option<(f64, usize, State<Vec<f64>>)> = None;
     for (i, (event, side)) in events.iter().zip(sides).enumerate() {
         let after = event.value(next);
-        let (from, before) = match way(event, *side, event.value(state), after, within) {
-            Way::After(from, before) => (from, before),
-            Way::Now => return Ok(First::Event(i, state.clone())),
-            Way::AtOnce => return Ok(First::AtOnce),
-            Way::None => continue,
+        let (from, before) = match approach(event, *side, event.value(state), after, within) {
+            Approach::After(from, before) => (from, before),
+            Approach::Now => return Ok(FirstEvent::Event(i, state.clone())),
+            Approach::AtOnce => return Ok(FirstEvent::AtOnce),
+            Approach::None => continue,
         };
         let mut failure = None;
         let (share, there) = zero_within((before, after), next.clone(), |share| {
@@ -264,40 +273,40 @@ fn first(
             first = Some((share, i, there));
         }
     }
-    Ok(first.map_or(First::None, |(_, i, there)| First::Event(i, there)))
+    Ok(first.map_or(FirstEvent::None, |(_, i, there)| FirstEvent::Event(i, there)))
 }
 
 /// Finds out how a function that is on the given side reaches zero, with its values at the start
 /// and at the end of the step.
-fn way(event: &Event<'_>, side: Side, now: f64, after: f64, within: Within<'_>) -> Way {
+fn approach(event: &Event<'_>, side: Side, now: f64, after: f64, within: Within<'_>) -> Approach {
     let direction = event.direction;
     let Some(noise) = side.at_zero else {
         return if now * side.sign <= 0.0 && direction.crosses(side.sign, now) {
             // It moved there by the step to an event of another function.
-            Way::Now
+            Approach::Now
         } else if direction.crosses(now, after) {
-            Way::After(0.0, now)
+            Approach::After(0.0, now)
         } else {
-            Way::None
+            Approach::None
         };
     };
     if after.abs() <= noise {
         // It is still at zero.
-        return Way::None;
+        return Approach::None;
     }
     let sign = if side.sign == 0.0 { -after.signum() } else { side.sign };
     if !direction.crosses(sign, after) {
-        return Way::None;
+        return Approach::None;
     }
     // It must have been on its side before it crosses zero again.
     let halves = (1..=MOST_HALVES).map(|k| 0.5f64.powi(k));
     let left = halves.filter_map(|share| Some((share, event.value(&within(share).ok()?))));
     let mut left = left.filter(|(_, value)| value * sign > 0.0);
     match left.next() {
-        Some((share, value)) => Way::After(share, value),
-        None if side.changed => Way::AtOnce,
+        Some((share, value)) => Approach::After(share, value),
+        None if side.changed => Approach::AtOnce,
         // Of a wall for both directions the start does not tell which side is beyond it.
-        None if side.sign == 0.0 && event.is_wall && direction != Direction::Both => Way::Now,
-        None => Way::None,
+        None if side.sign == 0.0 && event.is_wall && direction != Direction::Both => Approach::Now,
+        None => Approach::None,
     }
 }

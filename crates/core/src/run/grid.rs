@@ -1,7 +1,7 @@
 //! Equally spaced times.
 
 use crate::error::InputError;
-use crate::numbers::Scalar;
+use crate::numbers::{Mask, Scalar};
 
 /// The times `t_n = t0 + n h`, n = 0..=steps. They are not accumulated, so that each has one
 /// rounding.
@@ -48,6 +48,25 @@ impl<T: Scalar> Grid<T> {
             return Err(InputError::End { end });
         }
         Ok(Self { h: T::from_f64(h), steps })
+    }
+
+    /// The time after `n` steps from `start`: `start + n h`, with one rounding.
+    #[inline(always)]
+    pub(crate) fn time(&self, start: T, n: u64) -> T {
+        T::from_f64(n as f64).mul_add(self.h, start)
+    }
+
+    /// Checks the last time of a run from `start`.
+    ///
+    /// # Errors
+    /// [`InputError::TimeStalled`] if it is not finite, or does not change by h.
+    #[inline(always)]
+    pub(crate) fn check_from(&self, start: T) -> Result<(), InputError> {
+        let end = self.time(start, self.steps);
+        if end + self.h == end || !end.is_finite().all() {
+            return Err(InputError::TimeStalled { t: end.to_f64(), h: self.h.to_f64() });
+        }
+        Ok(())
     }
 }
 

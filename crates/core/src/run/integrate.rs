@@ -4,8 +4,8 @@ use super::grid::Grid;
 use super::method::{Effort, Method};
 use super::observer::Observer;
 use super::reservoir::{Reservoir, STEPS_OF_BLOCK};
-use crate::error::{InputError, IntegrateError, RunError, StepFailure};
-use crate::numbers::{Mask, Scalar, Vector};
+use crate::error::{IntegrateError, RunError, StepFailure};
+use crate::numbers::{Scalar, Vector};
 use crate::system::{State, System};
 use std::ops::ControlFlow;
 
@@ -59,10 +59,7 @@ where
     O: Observer<V> + ?Sized,
 {
     state.check(system.dof())?;
-    let end = V::Scalar::from_f64(grid.steps as f64).mul_add(grid.h, state.t);
-    if end + grid.h == end || !end.is_finite().all() {
-        return Err(InputError::TimeStalled { t: end.to_f64(), h: grid.h.to_f64() }.into());
-    }
+    grid.check_from(state.t)?;
     if observer.observe(0, state).is_break() {
         return Ok(Effort::default());
     }
@@ -96,7 +93,7 @@ where
 {
     let (mut effort, mut done) = (Effort::default(), 0);
     let start = state.t;
-    let time = |n: u64| V::Scalar::from_f64(n as f64).mul_add(grid.h, start);
+    let time = |n: u64| grid.time(start, n);
     let failed = |step, good, failure| RunError { step, t: time(good).to_f64(), failure };
     let mut before = state.clone();
     // The work of a step, once steps leave the state unchanged.
@@ -179,7 +176,7 @@ where
         let examined = taken.and_then(|spent| {
             check_between(system, before.q.as_slice(), state.q.as_slice()).map(|()| spent)
         });
-        state.t = V::Scalar::from_f64(step as f64).mul_add(grid.h, start);
+        state.t = grid.time(start, step);
         let seen = examined.and_then(|spent| {
             effort += spent;
             reservoir.show(state, |state| observer.observe(step, state))

@@ -15,14 +15,21 @@ pub struct Tolerance {
     pub relative: f64,
     /// Absolute, in the units of q and p.
     pub absolute: f64,
-    /// Relative and absolute, for w.
-    pub w: (f64, f64),
+    /// Relative to the size of w.
+    pub w_relative: f64,
+    /// Absolute, in the units of energy.
+    pub w_absolute: f64,
 }
 
 impl Tolerance {
     /// `tolerance` as the relative and the absolute one of q, p and w.
     pub const fn all(tolerance: f64) -> Self {
-        Self { relative: tolerance, absolute: tolerance, w: (tolerance, tolerance) }
+        Self {
+            relative: tolerance,
+            absolute: tolerance,
+            w_relative: tolerance,
+            w_absolute: tolerance,
+        }
     }
 
     /// Checks the range of each part. A relative tolerance is at least 64 times the unit roundoff
@@ -34,8 +41,8 @@ impl Tolerance {
         let parts = [
             ("relative", self.relative, 64.0 * T::EPSILON),
             ("absolute", self.absolute, f64::MIN_POSITIVE),
-            ("w relative", self.w.0, 64.0 * T::EPSILON),
-            ("w absolute", self.w.1, f64::MIN_POSITIVE),
+            ("w relative", self.w_relative, 64.0 * T::EPSILON),
+            ("w absolute", self.w_absolute, f64::MIN_POSITIVE),
         ];
         for (name, value, least) in parts {
             if !(value >= least && value.is_finite()) {
@@ -57,7 +64,7 @@ mod tests {
             let good = Tolerance::all(1e-6);
             for (bad, named) in [
                 (Tolerance { relative: value, ..good }, "relative"),
-                (Tolerance { w: (value, 1e-6), ..good }, "w relative"),
+                (Tolerance { w_relative: value, ..good }, "w relative"),
             ] {
                 let refused = bad.check::<f64>();
                 assert!(

@@ -12,7 +12,7 @@
 //! so that τ c/M, with a bound c over [0, 1], bounds the error that the stride adds.
 
 use super::Expansion;
-use crate::numbers::{Interval, Scalar, Series, Vector};
+use crate::numbers::{Interval, Scalar, Series, Vector, larger_or_nan};
 use crate::system::{State, System};
 
 /// The error that a stride may add to q, p and w, in unit roundoffs of the largest entry of each. A
@@ -95,7 +95,7 @@ impl<S, const M: usize> Enclosed<S, M> {
         let mut bounds = [0.0_f64; 3];
         for ((&hq, &hp), &d) in hq.as_slice().iter().zip(hp.as_slice()).zip(d.as_slice()) {
             for (bound, found) in bounds.iter_mut().zip([size(hp), size(hq + d), size(d * hp)]) {
-                *bound = if found <= *bound { *bound } else { found };
+                *bound = larger_or_nan(*bound, found);
             }
         }
         bounds
@@ -215,7 +215,7 @@ impl<S: ?Sized> Sampled<'_, S> {
             let rates = [(&series.q, hp), (&series.p, -hq - d), (&series.w, d * hp)];
             for (off, (part, rate)) in off.iter_mut().zip(rates) {
                 let apart = (part.as_slice()[j].rate_at(at) - rate).abs().to_f64() * tau.abs();
-                *off = if apart <= *off { *off } else { apart };
+                *off = larger_or_nan(*off, apart);
             }
         }
         let scales = expansion.scales(tau.abs());

@@ -1,12 +1,12 @@
 //! The reach of a Taylor polynomial, estimated from all of its coefficients.
 
-use crate::numbers::{Scalar, Series};
+use crate::numbers::{Scalar, Series, larger_or_nan};
 
 /// The largest absolute value of each coefficient among several series.
 pub(super) fn sizes<T: Scalar, const M: usize>(part: &[Series<T, M>]) -> [f64; M] {
     std::array::from_fn(|k| {
         let entries = part.iter().map(|x| x.0[k].abs().to_f64());
-        entries.fold(0.0, |most, x| if x <= most { most } else { x })
+        entries.fold(0.0, larger_or_nan)
     })
 }
 
@@ -53,6 +53,19 @@ mod tests {
 
     fn estimate(size: impl Fn(usize) -> f64) -> f64 {
         reach::<24>(&std::array::from_fn(size), EPSILON)
+    }
+
+    /// A coefficient that is no number is not hidden by those of other degrees of freedom.
+    #[test]
+    fn coefficients_that_are_none_have_no_reach() {
+        let good = Series::<f64, 24>(std::array::from_fn(|k| 0.5_f64.powi(k as i32)));
+        for bad in [f64::NAN, f64::INFINITY] {
+            let mut other = good;
+            other.0[7] = bad;
+            for part in [[other, good], [good, other]] {
+                assert_eq!(reach(&sizes(&part), EPSILON), 0.0);
+            }
+        }
     }
 
     /// 1/(1 - (τ/3)^period) without the terms left out: they are τ^24/3^24 and beyond.

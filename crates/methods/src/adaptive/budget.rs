@@ -1,6 +1,6 @@
 //! The error allowed of a step, given the tolerance of the run.
 
-use afterbay_core::{Scalar, State, Tolerance, Vector};
+use afterbay_core::{Scalar, State, Tolerance, Vector, larger_or_nan};
 use std::array::from_fn;
 
 /// The error allowed of a step relative to its share of the error of the run. With the default
@@ -48,13 +48,13 @@ impl Budget {
     }
 
     /// The share of the run's error that a step of this length is allowed.
-    pub(crate) fn allowed(&self, length: f64) -> f64 {
+    pub(crate) fn share_of(&self, length: f64) -> f64 {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
     /// The errors of q, p and w allowed of a step of this length if all steps are allowed the same:
     /// that of a step of mean length, the next one included, and at least a few roundings. The sum
-    /// over the steps is about that of [`Self::allowed`], more where the first steps are the
+    /// over the steps is about that of [`Self::share_of`], more where the first steps are the
     /// longest. The number of steps is smaller: it is least where all steps have the same error.
     #[inline]
     pub(crate) fn allowed_of_equal_steps<V: Vector>(
@@ -64,7 +64,7 @@ impl Budget {
     ) -> [f64; 3] {
         let share =
             if self.span > 0.0 { self.rate * (self.passed + length) * self.next } else { SHARES };
-        let Tolerance { relative, absolute, w } = self.tolerance;
+        let Tolerance { relative, absolute, w_relative, w_absolute } = self.tolerance;
         let allowed = |size: f64, relative: f64, absolute: f64| {
             (share * (relative * size + absolute)).max(ROUNDINGS * V::Scalar::EPSILON * size)
         };
@@ -72,7 +72,7 @@ impl Budget {
         [
             allowed(size_q, relative, absolute),
             allowed(size_p, relative, absolute),
-            allowed(size_w, w.0, w.1),
+            allowed(size_w, w_relative, w_absolute),
         ]
     }
 
@@ -84,11 +84,11 @@ impl Budget {
         self.next = (self.steps + 1.0).recip();
     }
 
-    /// The errors allowed of q, p and w at the end of the run, of which the share `allowed` is
-    /// allowed of a step. A step is always allowed a few roundings of the state.
+    /// The errors of q, p and w allowed at the end of the run, of which the given share is allowed
+    /// of a step. A step is always allowed a few roundings of the state.
     #[inline]
-    pub(crate) fn scales<V: Vector>(&self, state: &State<V>, allowed: f64) -> [f64; 3] {
-        let rounding = ROUNDINGS * V::Scalar::EPSILON / allowed;
+    pub(crate) fn scales<V: Vector>(&self, state: &State<V>, share: f64) -> [f64; 3] {
+        let rounding = ROUNDINGS * V::Scalar::EPSILON / share;
         scales(&self.tolerance, sizes(state, self.free), rounding)
     }
 }
@@ -103,11 +103,11 @@ pub(crate) fn sizes<V: Vector>(state: &State<V>, free: usize) -> [f64; 3] {
 /// size.
 #[inline(always)]
 pub(crate) fn scales(tolerance: &Tolerance, sizes: [f64; 3], rounding: f64) -> [f64; 3] {
-    let &Tolerance { relative, absolute, w } = tolerance;
+    let &Tolerance { relative, absolute, w_relative, w_absolute } = tolerance;
     let scale =
         |size: f64, relative: f64, absolute: f64| (relative * size + absolute).max(rounding * size);
-    let [q, p, of_w] = sizes;
-    [scale(q, relative, absolute), scale(p, relative, absolute), scale(of_w, w.0, w.1)]
+    let [q, p, w] = sizes;
+    [scale(q, relative, absolute), scale(p, relative, absolute), scale(w, w_relative, w_absolute)]
 }
 
 /// max |x_j| over the first `count` entries, or NaN if one of them is not finite.
@@ -118,8 +118,7 @@ fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
         return largest(x);
     }
     let sizes = entries[..count].iter().map(|x| x.to_f64().abs());
-    // Comparisons ignore NaN.
-    sizes.fold(0.0, |most, size| if size <= most { most } else { size })
+    sizes.fold(0.0, larger_or_nan)
 }
 
 /// max |x_j|, or NaN if an entry is not finite.

@@ -6,7 +6,7 @@ use crate::rounding::{RESTORED_ROUNDINGS, SMALL_ROUNDINGS, rounding};
 use afterbay_core::{Mask, Scalar, System};
 
 /// A projection that changes H by more than this share of its target is long. A choice.
-const LONG: f64 = 0.25;
+const LONG_PROJECTION: f64 = 0.25;
 
 /// The smallest error, relative to the allowed one, assigned to a step that is rejected because its
 /// projection fails; above 1. A choice.
@@ -24,23 +24,24 @@ pub(crate) struct Projection<'a, T> {
     pub(crate) target: T,
     /// The sum of the absolute terms of the target, whose rounding the projection allows.
     pub(crate) size: f64,
-    /// The errors allowed of q and p in the whole run, and the share of them allowed of this step.
+    /// The errors of q and p allowed in the whole run.
     pub(crate) scales: [f64; 2],
-    pub(crate) allowed: f64,
+    /// The share of them allowed of this step.
+    pub(crate) share: f64,
 }
 
 impl<'a, T: Scalar> Projection<'a, T> {
-    /// The projection of the end (q, p) of a step that is solved to rounding, by at most the given
-    /// share of its largest entry.
+    /// The projection of the end (q, p) of a step that is solved to rounding, by at most `relative`
+    /// times its largest entry.
     pub(crate) fn short(
         slope: [&'a [T]; 2],
         target: T,
         size: f64,
-        share: f64,
+        relative: f64,
         [q, p]: [&[T]; 2],
     ) -> Self {
-        let allowed = share * max_norm(q).max(max_norm(p));
-        Self { slope, target, size, scales: [1.0; 2], allowed }
+        let share = relative * max_norm(q).max(max_norm(p));
+        Self { slope, target, size, scales: [1.0; 2], share }
     }
 
     /// Moves (q, p), at which H is `energy`, onto the target by the smallest change in the scaled
@@ -77,7 +78,7 @@ impl<'a, T: Scalar> Projection<'a, T> {
             if size <= SMALL_ROUNDINGS * rounding
                 || (size <= RESTORED_ROUNDINGS * rounding && size > 0.5 * before)
             {
-                let is_long = first > LONG * (self.size + self.target.abs().to_f64());
+                let is_long = first > LONG_PROJECTION * (self.size + self.target.abs().to_f64());
                 let moved = way > 0.0;
                 let here = if moved && is_long { self.rounding_at(system, q, p) } else { rounding };
                 if size <= RESTORED_ROUNDINGS * here {
@@ -93,8 +94,8 @@ impl<'a, T: Scalar> Projection<'a, T> {
             (lambda, last) = (missing / slope, missing);
             way += lambda.abs().to_f64() * length;
             // NaN counts as too large.
-            if !(way <= self.allowed && size <= 0.5 * before) {
-                return Err(way / self.allowed);
+            if !(way <= self.share && size <= 0.5 * before) {
+                return Err(way / self.share);
             }
             before = size;
             for j in 0..n {

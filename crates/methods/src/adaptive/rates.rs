@@ -1,6 +1,6 @@
 //! Bounds of the frequencies and eigenvalues of a system.
 
-use afterbay_core::{Block, Curvature, Mask, Scalar, Vector};
+use afterbay_core::{Block, Curvature, Mask, Scalar, Vector, larger_or_nan};
 
 /// Row sums of the blocks of the Jacobian of (∂H/∂p, -∂H/∂q - D).
 #[derive(Clone, Debug)]
@@ -15,6 +15,15 @@ pub(crate) struct Rates<V: Vector> {
     mixed: [V; 2],
     /// The largest changes of p' with q and with p, each of these having entries up to 1.
     force: [f64; 2],
+}
+
+/// The properties of the blocks that row sums do not show.
+#[derive(Clone, Copy, Debug)]
+struct Structure {
+    /// Whether Hpp or Dp has entries off the diagonal.
+    coupled: bool,
+    /// Whether Hpp has a negative entry.
+    backward: bool,
 }
 
 /// Bounds at one point.
@@ -71,18 +80,39 @@ impl<V: Vector> Rates<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
+        let Structure { coupled, backward } = self.sum_rows(system, q, p);
+        let Self { hqq, dominance, hpp, dq, dp, mixed: [row, column], force } = self;
+        let [hqq, dominance, hpp, dq, dp, row, column] =
+            [hqq, dominance, hpp, dq, dp, row, column].map(|sums| sums.as_slice());
+        let largest =
+            |x: &[V::Scalar]| x.iter().fold(0.0, |most, x| larger_or_nan(most, x.to_f64()));
+        let both = |x: &[V::Scalar], y: &[V::Scalar]| {
+            x.iter().zip(y).fold(0.0, |most, (&x, &y)| larger_or_nan(most, (x + y).to_f64()))
+        };
+        let [a, b] = [largest(column), largest(hpp)];
+        let [c, d] = [both(hqq, dq), both(row, dp)];
+        *force = [c, d];
+        let frequency = (b * largest(hqq)).sqrt();
+        let least = dominance.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
+        let falls = least < -ROUNDINGS * f64::EPSILON * c;
+        if !coupled && !backward && !falls && a == 0.0 && largest(row) == 0.0 && largest(dq) == 0.0
+        {
+            return Bounds { frequency, eigenvalue: frequency.max(d) };
+        }
+        let eigenvalue = 0.5 * (a + d + (a - d).hypot(2.0 * (b * c).sqrt()));
+        Bounds { frequency, eigenvalue }
+    }
+
+    /// Sums the rows of the blocks at (q, p), without those of motors.
+    #[inline]
+    fn sum_rows<S>(&mut self, system: &S, q: &V, p: &V) -> Structure
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
         let zero = V::Scalar::zero();
-        let [row, column] = &mut self.mixed;
-        let [hqq, dominance, hpp, dq, dp, row, column] = [
-            &mut self.hqq,
-            &mut self.dominance,
-            &mut self.hpp,
-            &mut self.dq,
-            &mut self.dp,
-            row,
-            column,
-        ]
-        .map(V::as_mut_slice);
+        let Self { hqq, dominance, hpp, dq, dp, mixed: [row, column], .. } = self;
+        let [hqq, dominance, hpp, dq, dp, row, column] =
+            [hqq, dominance, hpp, dq, dp, row, column].map(V::as_mut_slice);
         for sums in [&mut *hqq, dominance, hpp, dq, dp, row, column] {
             sums.fill(zero);
         }
@@ -111,24 +141,7 @@ impl<V: Vector> Rates<V> {
             }
             coupled |= i != j && matches!(block, Block::Hpp | Block::Dp);
         });
-        // NaN counts as larger than every number.
-        let larger = |most: f64, x: f64| if x <= most { most } else { x };
-        let largest = |x: &[V::Scalar]| x.iter().fold(0.0, |most, x| larger(most, x.to_f64()));
-        let both = |x: &[V::Scalar], y: &[V::Scalar]| {
-            x.iter().zip(y).fold(0.0, |most, (&x, &y)| larger(most, (x + y).to_f64()))
-        };
-        let [a, b] = [largest(column), largest(hpp)];
-        let [c, d] = [both(hqq, dq), both(row, dp)];
-        self.force = [c, d];
-        let frequency = (b * largest(hqq)).sqrt();
-        let least = dominance.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
-        let falls = least < -ROUNDINGS * f64::EPSILON * c;
-        if !coupled && !backward && !falls && a == 0.0 && largest(row) == 0.0 && largest(dq) == 0.0
-        {
-            return Bounds { frequency, eigenvalue: frequency.max(d) };
-        }
-        let eigenvalue = 0.5 * (a + d + (a - d).hypot(2.0 * (b * c).sqrt()));
-        Bounds { frequency, eigenvalue }
+        Structure { coupled, backward }
     }
 }
 

@@ -27,7 +27,7 @@ impl<V: Vector> End<V> {
 
     /// Evaluates the system at (q, p).
     #[inline]
-    pub(super) fn look<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
+    pub(super) fn evaluate_slopes<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let Self { q, p, v, f, hq, loss, .. } = self;
         let (q, p) = (q.as_slice(), p.as_slice());
         system.gradient(q, p, hq.as_mut_slice(), v.as_mut_slice());

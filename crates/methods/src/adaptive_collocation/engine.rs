@@ -29,9 +29,12 @@ const BEST_CONTRACTION: f64 = 0.135;
 /// The largest h ω. Sweeps amplify rounding errors of the fastest oscillation by up to e^(h ω)
 /// before they contract: 4 loses up to two digits. A choice.
 const LARGEST_PHASE: f64 = 4.0;
-/// The factors by which a step may be shortened or lengthened to improve the contraction of sweeps.
-/// A choice: the contraction of one step predicts that of steps of about its length.
-const STRETCHES: [f64; 2] = [0.5, 2.0];
+/// The least factor by which a step is multiplied to improve the contraction of sweeps. A choice:
+/// the contraction of one step predicts that of steps of about its length.
+const SHORTEST_STRETCH: f64 = 0.5;
+/// The largest factor by which a step is multiplied where the contraction of sweeps permits it. A
+/// choice, for the same reason.
+const LONGEST_STRETCH: f64 = 2.0;
 /// The error of the solver relative to the error allowed of the step; between 0 and 1. A choice.
 const SOLVER_SHARE: f64 = 0.1;
 /// The error of a step, relative to the allowed one, below which sweeps and not the error limit the
@@ -110,33 +113,33 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if self.kept_h.is_none() {
             self.start.q.as_mut_slice().copy_from_slice(state.q.as_slice());
             self.start.p.as_mut_slice().copy_from_slice(state.p.as_slice());
-            self.start.look(system);
+            self.start.evaluate_slopes(system);
             self.start.energy = state.energy(system);
         }
         let (before, length) = (self.start.energy, h.to_f64().abs());
-        let allowed = self.budget.allowed(length);
-        let scales = self.budget.scales(state, allowed);
+        let share = self.budget.share_of(length);
+        let scales = self.budget.scales(state, share);
         self.h = h;
         self.initial_guess(h, state, false);
         let (n, order) = (state.dof(), 2 * K as u32);
-        if self.stiff.on {
+        if self.stiff.uses_newton {
             let effort = self.rounded(system, h, state)?;
             self.see_fastest(system);
             let smooth = !self.passes_kink(system, state);
-            let error = self.error(n, scales, smooth)? / allowed;
+            let error = self.error(n, scales, smooth)? / share;
             let order = if smooth { order } else { KINK_ORDER };
-            self.stiff.see_long(length);
+            self.stiff.record_newton(length);
             return Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort });
         }
-        let sweeps = self.sweeps(system, h, state, scales, allowed)?;
+        let sweeps = self.sweeps(system, h, state, scales, share)?;
         let mut effort = Self::spent(sweeps);
         self.finish(system, state);
         self.see_fastest(system);
         let smooth = !self.passes_kink(system, state);
         let order = if smooth { order } else { KINK_ORDER };
-        let mut error = self.error(n, scales, smooth)? / allowed;
+        let mut error = self.error(n, scales, smooth)? / share;
         if error <= 1.0 {
-            match self.restore(system, before, scales, allowed) {
+            match self.restore(system, before, scales, share) {
                 Ok(()) => {}
                 // K is off either because the step is long, or because near an equilibrium no
                 // change of (q, p) changes it.
@@ -150,8 +153,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let reach = (BEST_CONTRACTION / self.contraction)
             .sqrt()
             .min(LARGEST_PHASE / (length * self.fastest));
-        let reach = reach.clamp(STRETCHES[0], STRETCHES[1]);
-        self.stiff.see_short(length, reach <= 1.0, error < UNLIMITED_SHARE);
+        let reach = reach.clamp(SHORTEST_STRETCH, LONGEST_STRETCH);
+        self.stiff.record_swept(length, reach <= 1.0, error < UNLIMITED_SHARE);
         Ok(Attempt { error, order, largest_growth: reach, effort })
     }
 
@@ -190,18 +193,18 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         before: &State<V>,
         to: &mut State<V>,
     ) -> Result<Effort, StepFailure> {
-        let allowed = self.budget.allowed(h.to_f64().abs());
-        let scales = self.budget.scales(before, allowed);
+        let share = self.budget.share_of(h.to_f64().abs());
+        let scales = self.budget.scales(before, share);
         self.h = h;
         self.initial_guess(h, before, true);
         let mut effort = Effort::default();
         let mut found = false;
-        if !self.stiff.on
-            && let Ok(sweeps) = self.sweeps(system, h, before, scales, allowed)
+        if !self.stiff.uses_newton
+            && let Ok(sweeps) = self.sweeps(system, h, before, scales, share)
         {
             effort += Self::spent(sweeps);
             self.finish(system, before);
-            found = self.restore(system, before.energy(system), scales, allowed).is_ok();
+            found = self.restore(system, before.energy(system), scales, share).is_ok();
         }
         if !found {
             effort += self.rounded(system, h, before)?;
@@ -283,17 +286,17 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         h: V::Scalar,
         state: &State<V>,
         scales: [f64; 3],
-        allowed: f64,
+        share: f64,
     ) -> Result<u32, StepFailure> {
         // Changes up to this size are rounding.
         let noise = 4.0 * V::Scalar::EPSILON;
         let noise = noise / self.budget.relative().max(noise);
-        let shares = scales.map(f64::recip);
+        let inverse = scales.map(f64::recip);
         let phase = h.to_f64() * self.fastest;
         let (mut before, mut first) = (f64::NAN, f64::NAN);
         for sweeps in 1..=MOST_SWEEPS {
             let moved = self.trial.sweep(system, &self.gauss, h, state);
-            let [q, p, w] = [moved[0] * shares[0], moved[1] * shares[1], moved[2] * shares[2]];
+            let [q, p, w] = [moved[0] * inverse[0], moved[1] * inverse[1], moved[2] * inverse[2]];
             let larger = |a: f64, b: f64| if a > b { a } else { b };
             let change = larger(larger(q, p), w) + 0.0 * (q + p + w);
             if !change.is_finite() {
@@ -307,7 +310,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             // may hide. The first change does not predict the next.
             let n = f64::from(2 * sweeps);
             let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
-            if change <= noise || change * rate <= SOLVER_SHARE * allowed {
+            if change <= noise || change * rate <= SOLVER_SHARE * share {
                 self.contraction = if sweeps == 1 {
                     0.0
                 } else {
@@ -342,7 +345,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             end.p.as_mut_slice()[d] = (-*h).mul_add(weighted(&gauss.weights, f), p);
             end.gain.as_mut_slice()[d] = *h * weighted(&gauss.weights, at(&trial.loss));
         }
-        end.look(system);
+        end.evaluate_slopes(system);
         end.energy = system.energy(end.q.as_slice(), end.p.as_slice());
     }
 

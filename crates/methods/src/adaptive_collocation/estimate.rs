@@ -45,11 +45,12 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         // The factor from the defect to the error at the end: the relative error of the polynomial
         // of the slopes, or the response √(2K+1) j_K(h ω/2) of the fastest oscillation of frequency
         // ω, which need not be excited.
-        let fastest = if self.stiff.on { 0.0 } else { gauss.response(0.5 * length * self.fastest) };
+        let fastest =
+            if self.stiff.uses_newton { 0.0 } else { gauss.response(0.5 * length * self.fastest) };
         let kernel = if smooth { share(force).max(share(velocity)).max(fastest) } else { 1.0 };
         // In a stiff system the effect of a defect is damped: it is the defect divided by the
         // Jacobian.
-        let forgets = if self.stiff.on {
+        let forgets = if self.stiff.uses_newton {
             1.0 + self.spare.as_ref().map_or(0.0, |spare| spare.gain())
         } else {
             1.0

@@ -19,7 +19,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         system: &S,
         before: V::Scalar,
         scales: [f64; 3],
-        allowed: f64,
+        share: f64,
     ) -> Result<(), f64> {
         let end = &mut self.end;
         let gained = end.gain.as_slice().iter().fold(V::Scalar::zero(), |sum, &gain| sum + gain);
@@ -28,14 +28,14 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             target: before - gained,
             size: (before.abs() + gained.abs()).to_f64(),
             scales: [scales[0], scales[1]],
-            allowed,
+            share,
         };
         if projection.apply(
             system,
             [end.q.as_mut_slice(), end.p.as_mut_slice()],
             &mut end.energy,
         )? {
-            end.look(system);
+            end.evaluate_slopes(system);
         }
         Ok(())
     }
@@ -78,7 +78,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         for d in 0..state.dof() {
             end.gain.as_mut_slice()[d] = w.as_slice()[d] - state.w.as_slice()[d];
         }
-        end.look(system);
+        end.evaluate_slopes(system);
         end.energy = system.energy(end.q.as_slice(), end.p.as_slice());
         Ok(effort)
     }

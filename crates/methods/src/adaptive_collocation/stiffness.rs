@@ -17,37 +17,45 @@ const TRIAL_STEPS: u32 = 6;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stiffness {
     /// Whether Newton's method is in use.
-    pub(super) on: bool,
+    pub(super) uses_newton: bool,
     dof: u64,
-    held: u64,
+    /// The number of steps limited by sweeps, and the number at which the next trial begins.
+    limited_steps: u64,
     wait: u64,
     /// The number of steps by Newton's method, and the step size at their start.
     tried: u32,
-    from: f64,
+    trial_h: f64,
 }
 
 impl Stiffness {
     pub(super) fn new(dof: usize) -> Self {
         let dof = dof as u64;
-        Self { on: false, dof, held: 0, wait: STEPS_BEFORE_TRIAL * dof * dof, tried: 0, from: 0.0 }
+        Self {
+            uses_newton: false,
+            dof,
+            limited_steps: 0,
+            wait: STEPS_BEFORE_TRIAL * dof * dof,
+            tried: 0,
+            trial_h: 0.0,
+        }
     }
 
     /// Records a step by sweeps: whether sweeps limited it, and whether it is far more accurate
     /// than required.
-    pub(super) fn see_short(&mut self, h: f64, held: bool, far: bool) {
-        self.held = if far { self.held + u64::from(held) } else { 0 };
-        if self.held >= self.wait {
-            *self = Self { on: true, held: 0, tried: 0, from: h, ..*self };
+    pub(super) fn record_swept(&mut self, h: f64, limited: bool, far: bool) {
+        self.limited_steps = if far { self.limited_steps + u64::from(limited) } else { 0 };
+        if self.limited_steps >= self.wait {
+            *self = Self { uses_newton: true, limited_steps: 0, tried: 0, trial_h: h, ..*self };
         }
     }
 
     /// Records a step by Newton's method.
-    pub(super) fn see_long(&mut self, h: f64) {
+    pub(super) fn record_newton(&mut self, h: f64) {
         self.tried += 1;
-        if h > LEAST_GAIN * self.dof as f64 * self.from {
+        if h > LEAST_GAIN * self.dof as f64 * self.trial_h {
             self.wait = STEPS_BEFORE_TRIAL * self.dof * self.dof;
         } else if self.tried > TRIAL_STEPS {
-            *self = Self { on: false, wait: self.wait.saturating_mul(2), ..*self };
+            *self = Self { uses_newton: false, wait: self.wait.saturating_mul(2), ..*self };
         }
     }
 }

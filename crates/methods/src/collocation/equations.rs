@@ -117,7 +117,11 @@ impl Equations {
     }
 
     /// Computes the residual of γ, `next - γ`.
-    pub(super) fn see<T: Scalar>(&mut self, next: [&[Modes<T>]; 2], modes: [&[Modes<T>]; 2]) {
+    pub(super) fn set_residual<T: Scalar>(
+        &mut self,
+        next: [&[Modes<T>]; 2],
+        modes: [&[Modes<T>]; 2],
+    ) {
         let Self { stages, n, missing, .. } = self;
         let (q, p) = missing.split_at_mut(*stages * *n);
         for ((rows, next), modes) in [q, p].into_iter().zip(next).zip(modes) {

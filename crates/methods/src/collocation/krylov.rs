@@ -9,10 +9,10 @@
 
 use super::iteration::Workspace;
 use super::newton::Step;
+use super::nodes::extent;
 use super::progress::Progress;
 use super::rule::Modes;
 use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
-use crate::kernels::reductions::max_norm;
 use crate::linear::Gmres;
 use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
@@ -23,9 +23,9 @@ const MOST_PRODUCTS: usize = 60;
 /// The share of the residual at which the products stop; between 0 and 1. A choice.
 const REMAINING_SHARE: f64 = 1e-3;
 /// A correction is accepted if it reduces the residual by this part of its share at least (C. T.
-/// Kelley, Iterative Methods for Linear and Nonlinear Equations, 8.2). Otherwise it is halved,
+/// Kelley, Iterative Methods for Linear and Nonlinear Equations, 8.2). Otherwise it is halved.
 const LEAST_DECREASE: f64 = 1e-4;
-/// at most so many times.
+/// The largest number of halvings of a correction.
 const MOST_HALVINGS: u32 = 6;
 /// Corrections below this share of z are accepted without a test of the residual. A choice.
 const UNTESTED_SHARE: f64 = 1e-6;
@@ -246,9 +246,7 @@ impl<V: Vector, S: ?Sized> Step<'_, V, S> {
         let (Workspace { q_modes, p_modes, .. }, problem) = (&*self.workspace, &self.problem);
         let (length, state) = (problem.h.to_f64().abs(), problem.state);
         [(&state.q, q_modes), (&state.p, p_modes)].map(|(start, modes)| {
-            let most =
-                modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
-            let size = max_norm(start.as_slice()) + length * most;
+            let size = extent(start, modes, length);
             if size > 0.0 { length / size } else { 1.0 }
         })
     }

@@ -8,11 +8,10 @@
 use super::equations::Equations;
 use super::iteration::{Problem, Workspace};
 use super::krylov::{Exact, Krylov};
-use super::nodes::{forces, place_q, velocities};
+use super::nodes::{extent, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::Modes;
 use crate::iteration::{Correction, Iteration, Verdict};
-use crate::kernels::reductions::max_norm;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Quantity, Scalar, StepFailure, Vector};
 
@@ -110,7 +109,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
         place_q(panels, nodes, q, q_modes);
         velocities(system, panels, nodes, slopes, p, p_modes, next_q);
         forces(system, panels, nodes, slopes, q, [q_modes, next_q], next);
-        equations.see([next_q, next], [q_modes, p_modes]);
+        equations.set_residual([next_q, next], [q_modes, p_modes]);
     }
 
     /// The failure of an iteration with this last correction.
@@ -194,7 +193,6 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
 
 /// The change of z due to the largest change of γ, relative to the size of z.
 fn share<V: Vector>(change: f64, h: f64, start: &V, modes: &[Modes<V::Scalar>]) -> f64 {
-    let most = modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
-    let size = max_norm(start.as_slice()) + h.abs() * most;
+    let size = extent(start, modes, h.abs());
     if change == 0.0 { 0.0 } else { h.abs() * change / size }
 }

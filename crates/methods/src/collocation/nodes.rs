@@ -3,6 +3,7 @@
 //! The functions are not inlined into a step, for the reason given in `points`.
 
 use super::rule::{Modes, NODES, Panel, none};
+use crate::kernels::reductions::max_norm;
 use crate::points::{dissipation, gradient};
 use afterbay_core::{Scalar, System, Vector};
 
@@ -43,6 +44,12 @@ impl<V: Vector> Slopes<V> {
 pub(super) struct Start<'a, T> {
     pub(super) at: &'a [T],
     pub(super) h: T,
+}
+
+/// The largest |z_j| that a step may reach at its end.
+pub(super) fn extent<V: Vector>(start: &V, modes: &[Modes<V::Scalar>], length: f64) -> f64 {
+    let most = modes.iter().fold(0.0, |most: f64, modes| most.max(modes[0][0].to_f64().abs()));
+    max_norm(start.as_slice()) + length * most
 }
 
 /// Evaluates a variable at the nodes from its coefficients.

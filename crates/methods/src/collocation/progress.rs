@@ -8,12 +8,16 @@ use afterbay_core::solver::Updates;
 
 /// The largest number of iterations.
 pub(super) const MOST_ITERATIONS: u32 = 100;
-/// The number of changes without a new smallest one that ends an iteration, for changes below the
-/// first and the second bound of [`NOISE_ROUNDINGS`].
-const STALLED_CHANGES: [u32; 2] = [3, 10];
-/// The largest changes, in roundings, that are accepted where they no longer shrink. Slowly
-/// converging changes may pause temporarily.
-const NOISE_ROUNDINGS: [f64; 2] = [8.0, 1024.0];
+/// An iteration has converged after this number of changes without a new smallest one, if the last
+/// is at most [`NOISE_ROUNDINGS`].
+const STALLED_IN_NOISE: u32 = 3;
+/// An iteration has converged after this number of changes without a new smallest one, if the last
+/// is at most [`DIVERGENT_ROUNDINGS`]: slowly converging changes may pause temporarily.
+const STALLED_ABOVE_NOISE: u32 = 10;
+/// The largest change, in roundings, that may be due to the rounding of z.
+const NOISE_ROUNDINGS: f64 = 8.0;
+/// The number of roundings above which changes that no longer shrink diverge.
+const DIVERGENT_ROUNDINGS: f64 = 1024.0;
 /// Changes up to this number of roundings may be noise.
 const CLEAR_ROUNDINGS: f64 = 64.0;
 /// The size of the next change, in roundings, below which it is omitted. A change omitted at every
@@ -47,20 +51,20 @@ impl<'a> Progress<'a> {
         let roundings = self.updates.last() / self.epsilon;
         self.updates.last() == 0.0
             || (rate < 0.5 && left * rate <= OMITTED_ROUNDINGS * self.epsilon)
-            || (roundings <= NOISE_ROUNDINGS[0] && self.updates.stalled(STALLED_CHANGES[0]))
-            || (roundings <= NOISE_ROUNDINGS[1] && self.updates.stalled(STALLED_CHANGES[1]))
+            || (roundings <= NOISE_ROUNDINGS && self.updates.stalled(STALLED_IN_NOISE))
+            || (roundings <= DIVERGENT_ROUNDINGS && self.updates.stalled(STALLED_ABOVE_NOISE))
     }
 
     /// Whether the last change may be due to the rounding of z.
     #[inline(always)]
     pub(super) fn is_rounding(&self) -> bool {
-        self.updates.last() <= NOISE_ROUNDINGS[0] * self.epsilon
+        self.updates.last() <= NOISE_ROUNDINGS * self.epsilon
     }
 
     /// Whether the last `count` changes were above noise level and none was a new smallest one.
     #[inline(always)]
     pub(super) fn diverges(&self, count: u32) -> bool {
-        self.updates.stalled(count) && self.updates.last() > NOISE_ROUNDINGS[1] * self.epsilon
+        self.updates.stalled(count) && self.updates.last() > DIVERGENT_ROUNDINGS * self.epsilon
     }
 }
 
@@ -98,7 +102,7 @@ mod tests {
         let arrived = |roundings: f64, changes: usize| {
             let updates = after(&vec![roundings * EPSILON; changes]);
             let progress = Progress::of(&updates, EPSILON);
-            assert!(!progress.diverges(3) || roundings > NOISE_ROUNDINGS[1]);
+            assert!(!progress.diverges(3) || roundings > DIVERGENT_ROUNDINGS);
             progress.has_arrived(1.0, f64::INFINITY)
         };
         // The first change is the smallest; the wait begins with the second.

@@ -1,6 +1,7 @@
 //! Bounds of the change of K that is due to rounding over a step.
 
 use super::iteration::{Problem, ROUNDINGS_A_TERM, Workspace};
+use super::nodes::extent;
 use crate::kernels::reductions::max_norm;
 use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
 use crate::second_derivatives::{largest_second_derivative, second_order};
@@ -95,9 +96,7 @@ impl<V: Vector> Workspace<V> {
         let Problem { system, h, state, start, .. } = *problem;
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let length = h.to_f64().abs();
-        let reach =
-            self.p_modes.iter().fold(0.0_f64, |most, modes| most.max(modes[0][0].to_f64().abs()));
-        let size = max_norm(p) + length * reach;
+        let size = extent(&state.p, &self.p_modes, length);
         let second = largest_second_derivative(system, q, p);
         let moved = second * max_norm(q).max(max_norm(p));
         let is_within = |forces: f64| {

@@ -36,23 +36,24 @@ pub struct Workspace<V: Vector> {
     /// H(z0), where λ is part of the equation, and H(z1)
     pub(super) start: V::Scalar,
     pub(super) energy: V::Scalar,
-    /// ∇H at z1
-    pub(super) ends: [V; 2],
+    /// ∇H at z1 or z0; scratch space for D in `drag_along`
+    pub(super) end_slopes: [V; 2],
     /// A copy of Δz to restore
     pub(super) kept: [V; 2],
     /// The residual of each equation, then the correction
     pub(crate) missing: [Vec<f64>; 2],
     /// ∂λ/∂Δz and h (-Δp, Δq), the factors of the rank-one part of the Jacobian; the latter
     /// multiplied by the inverse of the remaining Jacobian
-    slope: [Vec<f64>; 2],
-    turned: [Vec<f64>; 2],
+    lambda_slope: [Vec<f64>; 2],
+    column: [Vec<f64>; 2],
     /// h/2 times the largest second derivative at the start of the iteration: the factor by which a
     /// rounding of q enters p, and of p enters q
     pub(crate) gain: f64,
     /// The largest entry of R Δp, R = ∂D/∂v, at the last Jacobian: the factor by which λ enters D
     pub(super) dragged: f64,
-    /// 1 + slope · turned, if the rank-one part is present
-    coupled: Option<f64>,
+    /// 1 + `lambda_slope` · `column`, the denominator of the Sherman-Morrison formula, if the
+    /// rank-one part is present
+    denominator: Option<f64>,
     /// The largest rounding of H measured in the run.
     pub(super) measured: EnergyRounding<V::Scalar>,
     /// The roundings times 1/ε of H, of the numerator of λ beyond |H|, and of the forces, once an
@@ -114,14 +115,14 @@ impl<V: Vector> Workspace<V> {
             w: zeros(),
             start: V::Scalar::zero(),
             energy: V::Scalar::zero(),
-            ends: [zeros(), zeros()],
+            end_slopes: [zeros(), zeros()],
             kept: [zeros(), zeros()],
             missing: reals(),
-            slope: reals(),
-            turned: reals(),
+            lambda_slope: reals(),
+            column: reals(),
             gain: 0.0,
             dragged: 0.0,
-            coupled: None,
+            denominator: None,
             measured: EnergyRounding::new(n),
             energy_rounding: 0.0,
             lambda_rounding: 0.0,
@@ -199,29 +200,36 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         let (h, value) = (h.to_f64(), lambda.value.to_f64());
-        (self.coupled, self.dragged) = (None, 0.0);
-        self.jacobian.factorise(
-            system,
-            [h, value],
-            self.q_mean.as_slice(),
-            self.p_mean.as_slice(),
-        )?;
+        (self.denominator, self.dragged) = (None, 0.0);
+        let (q, p) = (self.q_mean.as_slice(), self.p_mean.as_slice());
+        self.jacobian.factorise(system, h, value, q, p)?;
         if lambda.inverse == 0.0 {
             return Ok(());
         }
-        // ∂λ/∂Δz = [∇H(z1) - ∇H(z̄) - ½ ∇∇H(z̄) Δz - 2 λ Δz] / |Δz|²
-        let [hq, hp] = &mut self.ends;
+        self.differentiate_lambda(system, lambda);
+        self.solve_column(system, h);
+        Ok(())
+    }
+
+    /// Computes `lambda_slope`, ∂λ/∂Δz = [∇H(z1) - ∇H(z̄) - ½ ∇∇H(z̄) Δz - 2 λ Δz] / |Δz|², and
+    /// leaves Δz in `column`.
+    fn differentiate_lambda<S>(&mut self, system: &S, lambda: &Lambda<V::Scalar>)
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let value = lambda.value.to_f64();
+        let [hq, hp] = &mut self.end_slopes;
         system.gradient(self.q.as_slice(), self.p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
-        let [dq, dp] = &mut self.turned;
-        for (to, from) in [(&mut *dq, &self.dq), (&mut *dp, &self.dp)] {
+        let [column_q, column_p] = &mut self.column;
+        for (to, from) in [(&mut *column_q, &self.dq), (&mut *column_p, &self.dp)] {
             for (to, from) in to.iter_mut().zip(from.as_slice()) {
                 *to = from.to_f64();
             }
         }
-        let [slope_q, slope_p] = &mut self.slope;
+        let [slope_q, slope_p] = &mut self.lambda_slope;
         slope_q.fill(0.0);
         slope_p.fill(0.0);
-        self.jacobian.add_half_hessian([dq, dp], [slope_q, slope_p]);
+        self.jacobian.add_half_hessian([column_q, column_p], [slope_q, slope_p]);
         let sides =
             [(&mut *slope_q, &self.hq, &*hq, &self.dq), (&mut *slope_p, &self.hp, &*hp, &self.dp)];
         for (slope, mean, end, increment) in sides {
@@ -240,26 +248,31 @@ impl<V: Vector> Workspace<V> {
                 }
             }
         }
-        std::mem::swap(dq, dp);
-        dq.iter_mut().for_each(|x| *x *= -h);
-        dp.iter_mut().for_each(|x| *x *= h);
+    }
+
+    /// Replaces Δz in `column` by h (-Δp, Δq + R Δp) multiplied by the inverse of the remaining
+    /// Jacobian, and computes the denominator.
+    fn solve_column<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, h: f64) {
+        let [column_q, column_p] = &mut self.column;
+        std::mem::swap(column_q, column_p);
+        column_q.iter_mut().for_each(|x| *x *= -h);
+        column_p.iter_mut().for_each(|x| *x *= h);
         if self.has_motors {
-            dq[self.free..].fill(0.0);
-            dp[self.free..].fill(0.0);
+            column_q[self.free..].fill(0.0);
+            column_p[self.free..].fill(0.0);
         }
         if self.dissipative {
             self.drag_along(system, h);
         }
-        let [dq, dp] = &mut self.turned;
-        self.jacobian.solve(dq, dp);
-        self.coupled = Some(1.0 + dot(&self.slope[0], dq) + dot(&self.slope[1], dp));
-        Ok(())
+        let ([slope_q, slope_p], [column_q, column_p]) = (&self.lambda_slope, &mut self.column);
+        self.jacobian.solve(column_q, column_p);
+        self.denominator = Some(1.0 + dot(slope_q, column_q) + dot(slope_p, column_p));
     }
 
     /// Adds h R Δp, the derivative of h D̄ with respect to λ. The difference quotient of D is exact
     /// where D is linear in v.
     fn drag_along<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, h: f64) {
-        let [near, far] = &mut self.ends;
+        let [near, far] = &mut self.end_slopes;
         let (q, p, v) = (self.q_mean.as_slice(), self.p_mean.as_slice(), self.v.as_mut_slice());
         system.dissipation(q, p, self.hp.as_slice(), near.as_mut_slice());
         for ((v, &hp), &dp) in v.iter_mut().zip(self.hp.as_slice()).zip(self.dp.as_slice()) {
@@ -269,7 +282,7 @@ impl<V: Vector> Workspace<V> {
             v[self.free..].copy_from_slice(&self.hp.as_slice()[self.free..]);
         }
         system.dissipation(q, p, v, far.as_mut_slice());
-        for ((x, &near), &far) in self.turned[1].iter_mut().zip(near.as_slice()).zip(far.as_slice())
+        for ((x, &near), &far) in self.column[1].iter_mut().zip(near.as_slice()).zip(far.as_slice())
         {
             let drag = (far - near).to_f64();
             *x = h.mul_add(drag, *x);
@@ -322,11 +335,12 @@ impl<V: Vector> Workspace<V> {
     pub(super) fn solve(&mut self) {
         let [a, b] = &mut self.missing;
         self.jacobian.solve(a, b);
-        if let Some(coupled) = self.coupled {
-            let share = (dot(&self.slope[0], a) + dot(&self.slope[1], b)) / coupled;
-            for (x, turned) in [(a, &self.turned[0]), (b, &self.turned[1])] {
-                for (x, turned) in x.iter_mut().zip(turned) {
-                    *x = (-share).mul_add(*turned, *x);
+        if let Some(denominator) = self.denominator {
+            let [slope_q, slope_p] = &self.lambda_slope;
+            let share = (dot(slope_q, a) + dot(slope_p, b)) / denominator;
+            for (x, column) in [(a, &self.column[0]), (b, &self.column[1])] {
+                for (x, column) in x.iter_mut().zip(column) {
+                    *x = (-share).mul_add(*column, *x);
                 }
             }
         }

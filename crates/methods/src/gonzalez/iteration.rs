@@ -16,14 +16,15 @@ use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailur
 /// At noise level, the iteration ends after this number of corrections without a new smallest one.
 /// A choice.
 const STALLED_IN_NOISE: u32 = 2;
-/// Above noise level, it ends after this number of them: far from the solution, Newton's method may
-/// pause for a few corrections. A choice.
+/// Above noise level, the iteration ends after this number of corrections without a new smallest
+/// one: far from the solution, Newton's method may pause for a few corrections. A choice.
 const STALLED_ABOVE_NOISE: u32 = 8;
-/// The Jacobian is renewed if the ratio of successive corrections exceeds this, between 0 and 1,
+/// The Jacobian is renewed if successive corrections shrink by less than this factor, unless the
+/// last one may be noise. A choice.
 const SLOWEST_RATIO: f64 = 0.0625;
-/// or if a correction other than the first exceeds this share of z,
+/// The Jacobian is renewed if a correction other than the first exceeds this share of z. A choice.
 const LARGEST_CORRECTION: f64 = 0.01;
-/// unless the correction is below this number of roundings and may be noise. Choices.
+/// A correction below this number of roundings may be noise. A choice.
 const CLEAR_ROUNDINGS: f64 = 1e3;
 /// The largest correction, in roundings of the terms of the equation, that is accepted where
 /// corrections no longer shrink.
@@ -31,9 +32,10 @@ const NOISE_ROUNDINGS: f64 = 64.0;
 /// The size of the next correction, in roundings, below which it is omitted. Omitted at every step,
 /// it makes K drift by this amount.
 const OMITTED_ROUNDINGS: f64 = 1.0 / 1024.0;
-/// The largest noise of h λ that is admitted to the iteration,
+/// The largest noise of h λ at which λ is part of the equation.
 pub(crate) const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
-/// unless K would change without λ by more than this number of roundings of H.
+/// Whatever its noise, λ is part of the equation where K would change without it by more than this
+/// number of roundings of H.
 pub(crate) const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
 impl<V: Vector> Workspace<V> {
@@ -95,7 +97,7 @@ impl<V: Vector> Workspace<V> {
         let second = largest_second_derivative(system, q, p);
         self.force_rounding = self.measured.of_forces(state.energy(system).to_f64(), second);
         if self.has_lambda {
-            let [hq, hp] = &mut self.ends;
+            let [hq, hp] = &mut self.end_slopes;
             system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
             // A rounding of z changes H by a rounding of these terms.
             let made_of = (terms(hq, &state.q) + terms(hp, &state.p)).to_f64();

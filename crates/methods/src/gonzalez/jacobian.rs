@@ -102,7 +102,8 @@ impl Jacobian {
     pub(super) fn factorise<T, S>(
         &mut self,
         system: &S,
-        [h, lambda]: [f64; 2],
+        h: f64,
+        lambda: f64,
         q: &[T],
         p: &[T],
     ) -> Result<(), usize>
@@ -111,39 +112,56 @@ impl Jacobian {
         S: Curvature<T> + ?Sized,
     {
         (self.half_h, self.h_lambda) = (0.5 * h, h * lambda);
-        let (half_h, h_lambda) = (self.half_h, self.h_lambda);
         self.derivatives.evaluate(system, q, p);
-        let to = self.matrix.values();
-        to.fill(0.0);
-        if let Some(Eliminated { c, s }) = &mut self.eliminated {
-            // Slices, whose addresses and lengths stay in registers.
-            let (c, s) = (c.as_mut_slice(), s.as_mut_slice());
-            c.fill([0.0; 2]);
-            s.fill(0.0);
-            self.derivatives.inertia().for_each(|(i, value)| c[i][0] += value);
-            for [c, share] in &mut c[..self.free] {
-                *share = if *c == 0.0 { half_h } else { half_h + h_lambda / *c };
-                *c = half_h.mul_add(*c, h_lambda);
-            }
-            c[self.free..].fill([0.0, half_h]);
-            for (&Derivative { block, j, slots: [slot, _], .. }, value) in self.derivatives.iter() {
-                match block {
-                    Block::Hqq | Block::Dq => {
-                        let value = half_h * value;
-                        s[slot] += value;
-                        to[slot] = value.mul_add(c[j][0], to[slot]);
-                    }
-                    Block::Dp => to[slot] = value.mul_add(c[j][1], to[slot]),
-                    Block::Hqp | Block::Hpp => {}
-                }
-            }
-            for (j, (own, [c, _])) in self.diagonal.iter().zip(c).enumerate() {
-                let h_lambda = if j < self.free { h_lambda } else { 0.0 };
-                s[own[0]] += h_lambda;
-                to[own[0]] += h_lambda.mul_add(*c, 1.0);
-            }
+        if self.fill_eliminated() {
             return self.matrix.factorise();
         }
+        self.fill_pairs();
+        self.matrix.factorise().map_err(|row| row / 2)
+    }
+
+    /// Sets C, S and the matrix, if δq is eliminated. Returns whether it is.
+    #[inline(always)]
+    fn fill_eliminated(&mut self) -> bool {
+        let (half_h, h_lambda) = (self.half_h, self.h_lambda);
+        let Some(Eliminated { c, s }) = &mut self.eliminated else { return false };
+        let to = self.matrix.values();
+        to.fill(0.0);
+        // Slices, whose addresses and lengths stay in registers.
+        let (c, s) = (c.as_mut_slice(), s.as_mut_slice());
+        c.fill([0.0; 2]);
+        s.fill(0.0);
+        self.derivatives.inertia().for_each(|(i, value)| c[i][0] += value);
+        for [c, share] in &mut c[..self.free] {
+            *share = if *c == 0.0 { half_h } else { half_h + h_lambda / *c };
+            *c = half_h.mul_add(*c, h_lambda);
+        }
+        c[self.free..].fill([0.0, half_h]);
+        for (&Derivative { block, j, slots: [slot, _], .. }, value) in self.derivatives.iter() {
+            match block {
+                Block::Hqq | Block::Dq => {
+                    let value = half_h * value;
+                    s[slot] += value;
+                    to[slot] = value.mul_add(c[j][0], to[slot]);
+                }
+                Block::Dp => to[slot] = value.mul_add(c[j][1], to[slot]),
+                Block::Hqp | Block::Hpp => {}
+            }
+        }
+        for (j, (own, [c, _])) in self.diagonal.iter().zip(c).enumerate() {
+            let h_lambda = if j < self.free { h_lambda } else { 0.0 };
+            s[own[0]] += h_lambda;
+            to[own[0]] += h_lambda.mul_add(*c, 1.0);
+        }
+        true
+    }
+
+    /// Sets the matrix of δq and δp.
+    #[inline(always)]
+    fn fill_pairs(&mut self) {
+        let (half_h, h_lambda) = (self.half_h, self.h_lambda);
+        let to = self.matrix.values();
+        to.fill(0.0);
         for (&Derivative { block, slots: [first, second], .. }, value) in self.derivatives.iter() {
             let value = half_h * value;
             match block {
@@ -161,7 +179,6 @@ impl Jacobian {
                 to[*slot] += value;
             }
         }
-        self.matrix.factorise().map_err(|row| row / 2)
     }
 
     /// Replaces the residual (a, b) by the correction (δq, δp).

@@ -102,7 +102,7 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        let [hq, hp] = &mut self.ends;
+        let [hq, hp] = &mut self.end_slopes;
         let slopes = |q: &V, p: &V, hq: &mut V, hp: &mut V| {
             system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
             terms(hq, q) + terms(hp, p)

@@ -25,7 +25,7 @@
 //! A step fails where [`Increment`] fails, and where a correction is not small, since `exact` is
 //! then not the same system.
 
-use super::sweep::{coordinate, overall};
+use super::sweep::{Member, Stride, coordinate, largest_if_dense};
 use super::{Before, Friction, Increment, ordering};
 use crate::coordinate::{Along, Pull};
 use afterbay_core::solver::{Equation, Newton, Root};
@@ -127,7 +127,7 @@ where
         let Workspace { carried, before, order, friction } = workspace;
         take_up(carried, state);
         let outcome = before.attempt(carried, |carried| {
-            let overall = overall(&system.coupling(), state.q.as_slice());
+            let largest_q = largest_if_dense(&system.coupling(), state.q.as_slice());
             let mut effort = Effort::default();
             let fractions = self.increment.composition.fractions::<Corrected<V::Scalar>>();
             for (i, fraction) in fractions.enumerate() {
@@ -136,10 +136,10 @@ where
                 let states = (&mut *state, &mut *carried);
                 effort += match i % 2 {
                     0 => {
-                        self.travel(system, h, overall, states, friction.as_mut(), (there, back))?
+                        self.travel(system, h, largest_q, states, friction.as_mut(), (there, back))?
                     }
                     _ => {
-                        self.travel(system, h, overall, states, friction.as_mut(), (back, there))?
+                        self.travel(system, h, largest_q, states, friction.as_mut(), (back, there))?
                     }
                 };
             }
@@ -160,7 +160,7 @@ impl<P> Compensated<P> {
         &self,
         system: &S,
         h: Corrected<V::Scalar>,
-        overall: V::Scalar,
+        largest_q: V::Scalar,
         (state, carried): (&mut State<V>, &mut State<InCorrected<V>>),
         mut friction: Option<&mut Friction<InCorrected<V>>>,
         (there, back): (impl Iterator<Item = usize> + Clone, impl Iterator<Item = usize>),
@@ -176,7 +176,7 @@ impl<P> Compensated<P> {
             normalise(carried);
             show(&carried.p, &mut state.p);
         }
-        let effort = self.sweep(system, h, overall, (state, carried), there)?;
+        let effort = self.sweep(system, h, largest_q, (state, carried), there)?;
         if let Some(friction) = friction {
             friction.pass(&self.exact, h.half(), carried, back)?;
             normalise(carried);
@@ -189,7 +189,7 @@ impl<P> Compensated<P> {
         &self,
         system: &S,
         h: Corrected<V::Scalar>,
-        overall: V::Scalar,
+        largest_q: V::Scalar,
         (state, carried): (&mut State<V>, &mut State<InCorrected<V>>),
         order: impl Iterator<Item = usize>,
     ) -> Result<Effort, StepFailure>
@@ -207,12 +207,14 @@ impl<P> Compensated<P> {
             (exact_q.as_mut_slice(), exact_p.as_mut_slice(), w.as_mut_slice());
         let mut evaluations = 0;
         for j in order {
-            let rough = coordinate(system, [h.nearest(), overall], [j, j], [q, p], dissipative);
+            let member = Member { index: j, dof: j };
+            let stride = Stride { h: h.nearest(), largest_q };
+            let rough = coordinate(system, stride, member, [q, p], dissipative);
             let mut along = Along { system, j, q: &mut *q, p: &mut *p };
             let pull = Pull { coordinate: &rough, along: &mut along };
             let root = Newton::nearly(j, rough.p, pull, RESIDUAL_ROUNDINGS)?;
-            let steps = [h, Corrected::exact(overall)];
-            let exact = coordinate(&self.exact, steps, [j, j], [exact_q, exact_p], dissipative);
+            let stride = Stride { h, largest_q: Corrected::exact(largest_q) };
+            let exact = coordinate(&self.exact, stride, member, [exact_q, exact_p], dissipative);
             let mut along = Along { system: &self.exact, j, q: &mut *exact_q, p: &mut *exact_p };
             let root = refined(Pull { coordinate: &exact, along: &mut along }, root)?;
             let moved = exact.moved(root, along);

@@ -1,6 +1,6 @@
 //! The coordinates and the motors of a driven system in a sweep.
 
-use super::sweep::coordinate;
+use super::sweep::{Member, Stride, coordinate};
 use crate::coordinate::Along;
 use afterbay_core::solver::Newton;
 use afterbay_core::{Scalar, Separable, StepFailure, Supply};
@@ -10,8 +10,9 @@ use afterbay_core::{Scalar, Separable, StepFailure, Supply};
 #[inline(never)]
 pub(super) fn advance_driven<T, S>(
     system: &S,
-    [h, overall]: [T; 2],
-    (first_motor, dissipative): (usize, bool),
+    stride: Stride<T>,
+    first_motor: usize,
+    dissipative: bool,
     j: usize,
     [q, p, w]: [&mut [T]; 3],
 ) -> Result<u64, StepFailure>
@@ -20,12 +21,13 @@ where
     S: Separable<T> + ?Sized,
 {
     if j >= first_motor {
-        advance_motor(system, h, j, [q, p])?;
+        advance_motor(system, stride.h, j, [q, p])?;
         return Ok(0);
     }
     let known = system.supply(q, j).filter(|supply| !supply.depends_on_own);
     let drive = known.map(|supply| supply.force);
-    let coordinate = coordinate(system, [h, overall], [j, j], [q, p], dissipative);
+    let member = Member { index: j, dof: j };
+    let coordinate = coordinate(system, stride, member, [q, p], dissipative);
     let moved = coordinate.under(drive).advance(&Newton, Along { system, j, q, p })?;
     let from = std::mem::replace(&mut q[j], moved.q);
     p[j] = moved.p;

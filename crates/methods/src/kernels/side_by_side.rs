@@ -5,7 +5,7 @@
 //! single member, so all three give the same bits.
 
 use super::tile::{TILE, Tile};
-use crate::increment::{Composition, advance};
+use crate::increment::{Composition, Member, Stride, advance};
 use afterbay_core::solver::{Equation, Newton, Root, Solver};
 use afterbay_core::{EndMembers, Scalar, Separable, State, StepFailure, Uniform, f64x8};
 use bytemuck::{bytes_of, pod_read_unaligned};
@@ -125,7 +125,8 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         let (mut window, mut momenta) =
             ([left, tile.q[colour][entry], right], [0.0, tile.p[colour][entry], 0.0]);
         let beside = [&mut window[..], &mut momenta];
-        let moved = advance(end, &Newton, [h, 0.0], [1, dof], beside, self.dissipative)?;
+        let (stride, member) = (Stride { h, largest_q: 0.0 }, Member { index: 1, dof });
+        let moved = advance(end, &Newton, stride, member, beside, self.dissipative)?;
         tile.q[colour][entry] = moved.q;
         tile.p[colour][entry] = moved.p;
         tile.w[colour][entry] += moved.dw;
@@ -184,9 +185,9 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         let load = |x: &[f64; LANES]| -> f64x8 { pod_read_unaligned(bytes_of(x)) };
         let (mut window, mut momenta) = ([load(left), load(q), load(right)], [zero, load(p), zero]);
         let beside = [&mut window[..], &mut momenta];
-        let steps = [h, 0.0].map(f64x8::from_f64);
-        let moved =
-            advance(self.lanes, solver, steps, [1, member], beside, self.dissipative).ok()?;
+        let stride = Stride { h: f64x8::from_f64(h), largest_q: zero };
+        let member = Member { index: 1, dof: member };
+        let moved = advance(self.lanes, solver, stride, member, beside, self.dissipative).ok()?;
         (*q, *p) = (moved.q.to_array(), moved.p.to_array());
         if self.dissipative {
             *w = (load(w) + moved.dw).to_array();
@@ -205,12 +206,13 @@ impl<S: Uniform + ?Sized> Steps<'_, S> {
         [q, p, w]: [&mut [f64; LANES]; 3],
     ) -> Result<u64, StepFailure> {
         let mut evaluations = 0;
+        let stride = Stride { h, largest_q: 0.0 };
         for k in 0..LANES {
             let dof = (member + 2 * k) % self.old.q.len();
             let (mut window, mut momenta) = ([left[k], q[k], right[k]], [0.0, p[k], 0.0]);
             let beside = [&mut window[..], &mut momenta];
-            let moved =
-                advance(self.system, &Newton, [h, 0.0], [1, dof], beside, self.dissipative)?;
+            let member = Member { index: 1, dof };
+            let moved = advance(self.system, &Newton, stride, member, beside, self.dissipative)?;
             (q[k], p[k]) = (moved.q, moved.p);
             w[k] += moved.dw;
             evaluations += moved.evaluations;

@@ -81,6 +81,13 @@ impl Gmres {
             }
             next.iter_mut().for_each(|x| *x /= left);
         }
+        self.combine(done, x);
+        done
+    }
+
+    /// Computes the combination of the first `done` basis vectors with the smallest residual.
+    fn combine(&mut self, done: usize, x: &mut [f64]) {
+        let Self { basis, columns, right, .. } = self;
         for k in (0..done).rev() {
             let share = right[k] / columns[k][k];
             right[k] = share;
@@ -92,7 +99,6 @@ impl Gmres {
         for (share, known) in right[..done].iter().zip(&*basis) {
             x.iter_mut().zip(known).for_each(|(x, &known)| *x = share.mul_add(known, *x));
         }
-        done
     }
 }
 

@@ -9,6 +9,7 @@
 //! The rows d_j, v_j and f_j are those of D_j, ∂H/∂p_j and F_j. A is built from the unrounded
 //! second derivatives, so that the flow conserves exactly the H they belong to.
 
+use crate::legendre::widen;
 use afterbay_core::{Block, Curvature, Harmonics, Quad, Scalar};
 
 /// The forces of a drive.
@@ -53,16 +54,6 @@ pub(super) struct Equations {
     pub(super) rate: f64,
 }
 
-/// Converts a scalar that holds one number without rounding.
-pub(super) fn widen<T: Scalar>(x: T) -> Quad {
-    let high = x.to_f64();
-    Quad::from_f64(high) + Quad::from_f64((x - T::from_f64(high)).to_f64())
-}
-
-pub(super) fn narrow<T: Scalar>(x: Quad) -> T {
-    T::from_f64(x.0) + T::from_f64(x.1)
-}
-
 impl Equations {
     pub(super) fn new<T, S>(system: &S, forces: &Forces<T>) -> Self
     where
@@ -70,42 +61,13 @@ impl Equations {
         S: Curvature<T> + ?Sized,
     {
         let n = system.dof();
-        let zeros = |count: usize| vec![T::zero(); count];
-        // ∂H/∂q, ∂H/∂p and D at z.
-        let mut z = zeros(2 * n);
-        let evaluate = |z: &[T]| {
-            let mut all = [zeros(n), zeros(n), zeros(n)];
-            let [hq, hp, d] = &mut all;
-            system.gradient(&z[..n], &z[n..], hq, hp);
-            system.dissipation(&z[..n], &z[n..], hp, d);
-            all
-        };
-        let constant = evaluate(&z);
+        let constant = fields(system, &vec![T::zero(); 2 * n]);
         let pushes = forces.driven.iter().map(|(_, force)| &force.constant);
         let free = constant.iter().flatten().chain(pushes).all(|&c| c == T::zero());
         let first_wave = if free { 2 * n } else { 2 * n + 1 };
         let size = first_wave + 2 * forces.frequencies.len();
-        let none = |rows: usize| vec![Quad::ZERO; rows * size];
-        // The rows of ∂H/∂q and ∂H/∂p, made exactly symmetric, and of D.
-        let (mut slopes, mut d) = (none(2 * n), none(n));
-        system.curvature(&z[..n], &z[n..], |block, i, j, value| {
-            let half = widen(value).half();
-            let mut put = |i: usize, j: usize, value: Quad| slopes[i * size + j] += value;
-            match block {
-                Block::Hqq => [(i, j), (j, i)].map(|(i, j)| put(i, j, half)),
-                Block::Hpp => [(n + i, n + j), (n + j, n + i)].map(|(i, j)| put(i, j, half)),
-                Block::Hqp => [(i, n + j), (n + j, i)].map(|(i, j)| put(i, j, half + half)),
-                Block::Dq | Block::Dp => [(); 2],
-            };
-        });
-        for k in 0..2 * n {
-            z[k] = T::one();
-            let [_, _, drag] = evaluate(&z);
-            z[k] = T::zero();
-            for j in 0..n {
-                d[j * size + k] = widen(drag[j]) - widen(constant[2][j]);
-            }
-        }
+        let mut slopes = hessian_rows(system, size);
+        let mut d = dissipation_rows(system, size, &constant[2]);
         if !free {
             for j in 0..n {
                 let [hq, hp, drag] = [0, 1, 2].map(|part| widen(constant[part][j]));
@@ -114,7 +76,7 @@ impl Equations {
                 d[j * size + 2 * n] = drag;
             }
         }
-        let mut a = none(size);
+        let mut a = vec![Quad::ZERO; size * size];
         for j in 0..n {
             for k in 0..size {
                 a[j * size + k] = slopes[(n + j) * size + k];
@@ -155,6 +117,63 @@ impl<T: Scalar> Forces<T> {
         }
         row
     }
+}
+
+/// ∂H/∂q, ∂H/∂p and D at z.
+fn fields<T, S>(system: &S, z: &[T]) -> [Vec<T>; 3]
+where
+    T: Scalar,
+    S: Curvature<T> + ?Sized,
+{
+    let (q, p) = z.split_at(system.dof());
+    let zeros = || vec![T::zero(); q.len()];
+    let mut all = [zeros(), zeros(), zeros()];
+    let [hq, hp, d] = &mut all;
+    system.gradient(q, p, hq, hp);
+    system.dissipation(q, p, hp, d);
+    all
+}
+
+/// The rows of ∂H/∂q and ∂H/∂p without their constant parts, made exactly symmetric.
+fn hessian_rows<T, S>(system: &S, size: usize) -> Vec<Quad>
+where
+    T: Scalar,
+    S: Curvature<T> + ?Sized,
+{
+    let n = system.dof();
+    let origin = vec![T::zero(); n];
+    let mut rows = vec![Quad::ZERO; 2 * n * size];
+    system.curvature(&origin, &origin, |block, i, j, value| {
+        let half = widen(value).half();
+        let mut put = |i: usize, j: usize, value: Quad| rows[i * size + j] += value;
+        match block {
+            Block::Hqq => [(i, j), (j, i)].map(|(i, j)| put(i, j, half)),
+            Block::Hpp => [(n + i, n + j), (n + j, n + i)].map(|(i, j)| put(i, j, half)),
+            Block::Hqp => [(i, n + j), (n + j, i)].map(|(i, j)| put(i, j, half + half)),
+            Block::Dq | Block::Dp => [(); 2],
+        };
+    });
+    rows
+}
+
+/// The rows of D without its constant part, its value at the origin.
+fn dissipation_rows<T, S>(system: &S, size: usize, constant: &[T]) -> Vec<Quad>
+where
+    T: Scalar,
+    S: Curvature<T> + ?Sized,
+{
+    let n = system.dof();
+    let mut z = vec![T::zero(); 2 * n];
+    let mut rows = vec![Quad::ZERO; n * size];
+    for k in 0..2 * n {
+        z[k] = T::one();
+        let [_, _, d] = fields(system, &z);
+        z[k] = T::zero();
+        for j in 0..n {
+            rows[j * size + k] = widen(d[j]) - widen(constant[j]);
+        }
+    }
+    rows
 }
 
 /// |A|, minimised over the ratio of the units of q and p.

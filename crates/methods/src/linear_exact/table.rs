@@ -11,7 +11,8 @@
 //! step X = e^{hA} - 1 is stored, so that no digits are lost to the 1.
 
 use super::doubling::Doubling;
-use super::equations::{Equations, narrow, widen};
+use super::equations::Equations;
+use crate::legendre::{narrow, widen};
 use afterbay_core::{Quad, Scalar};
 
 /// The matrices of the last h, row by row.

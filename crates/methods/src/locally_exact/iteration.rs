@@ -10,12 +10,13 @@ use crate::second_derivatives::largest_second_derivative;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
-/// The number of consecutive updates without a new smallest one that ends the iteration: at noise
-/// level, and above it.
-const STALLED_UPDATES: [u32; 2] = [2, 8];
-/// An update of at most this number of roundings of z is below rounding,
+/// At noise level, the iteration ends after this number of updates without a new smallest one.
+const STALLED_IN_NOISE: u32 = 2;
+/// Above noise level, the iteration ends after this number of updates without a new smallest one.
+const STALLED_ABOVE_NOISE: u32 = 8;
+/// Updates of at most this number of roundings of z end the iteration.
 const CONVERGED_ROUNDINGS: f64 = 1.0;
-/// and one of at most this number is noise if it no longer shrinks.
+/// Updates of at most this number of roundings are noise if they no longer shrink.
 const NOISE_ROUNDINGS: f64 = 256.0;
 
 /// A step of size h from `state`, and the state of its iteration.
@@ -118,7 +119,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         // For a linear system the first path is the solution.
         let done = self.workspace.linear
             || update <= CONVERGED_ROUNDINGS * epsilon
-            || (small && updates.stalled(STALLED_UPDATES[0]));
+            || (small && updates.stalled(STALLED_IN_NOISE));
         if done {
             return self.finish(LARGEST_PROJECTION).map(|()| Verdict::Converged);
         }
@@ -126,7 +127,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         if small && updates.ratio() > 0.5 && self.finish(0.0).is_ok() {
             return Ok(Verdict::Converged);
         }
-        if update.is_finite() && !updates.stalled(STALLED_UPDATES[1]) && !is_last {
+        if update.is_finite() && !updates.stalled(STALLED_ABOVE_NOISE) && !is_last {
             return Ok(Verdict::Keep);
         }
         if updates.stalled(1) && (self.is_noise() || self.is_rounding(update)) {

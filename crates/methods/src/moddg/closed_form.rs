@@ -1,6 +1,7 @@
 //! The closed-form solution of the scheme for linear systems.
 
-use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
+use super::steps::{StepSizes, Steps};
+use super::{ModDg, commit, one_degree_of_freedom};
 use afterbay_core::{
     Effort, InputError, Linear, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,
 };
@@ -45,7 +46,8 @@ where
     ) -> Result<Effort, StepFailure> {
         let one = V::Scalar::one();
         let [q0, p0, w0] = [state.q.as_slice()[0], state.p.as_slice()[0], state.w.as_slice()[0]];
-        let [delta_q, delta_p, delta_w] = self.steps.sizes(system, h, q0, p0)?;
+        let StepSizes { q: delta_q, p: delta_p, w: delta_w } =
+            self.steps.sizes(system, h, q0, p0)?;
         let (k, b) = (system.stiffness(0, 0), system.dissipation_rate(0));
 
         let friction = (delta_q * k).half() + b;

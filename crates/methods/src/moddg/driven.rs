@@ -14,7 +14,7 @@
 //! ```
 
 use crate::increment::before::Before;
-use crate::increment::{balanced, sweep};
+use crate::increment::{Stride, balanced, sweep};
 use afterbay_core::{
     Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };
@@ -60,11 +60,12 @@ where
         before: &mut Before<V>,
     ) -> Result<Effort, StepFailure> {
         let moves = |state: &mut State<V>| {
-            let reach = Scalar::abs(state.q.as_slice()[COORDINATE]);
+            let largest_q = Scalar::abs(state.q.as_slice()[COORDINATE]);
+            let [half, whole] = [h.half(), h].map(|h| Stride { h, largest_q });
             let motors = FIRST_MOTOR..state.dof();
-            sweep(system, [h.half(), reach], FIRST_MOTOR, state, motors.clone())?;
-            let effort = sweep(system, [h, reach], FIRST_MOTOR, state, once(COORDINATE))?;
-            sweep(system, [h.half(), reach], FIRST_MOTOR, state, motors)?;
+            sweep(system, half, FIRST_MOTOR, state, motors.clone())?;
+            let effort = sweep(system, whole, FIRST_MOTOR, state, once(COORDINATE))?;
+            sweep(system, half, FIRST_MOTOR, state, motors)?;
             Ok(effort)
         };
         before.attempt_and(state, moves, |before, after| balanced(system, before, after))

@@ -1,8 +1,9 @@
 //! The solution of the scheme for any system, by iteration.
 
-use super::{ModDg, commit, one_degree_of_freedom, steps::Steps};
+use super::steps::Steps;
+use super::{ModDg, commit, one_degree_of_freedom};
 use crate::balance::{self, Account};
-use crate::coordinate::{Along, Coordinate};
+use crate::coordinate::{Along, Coordinate, Rates};
 use afterbay_core::solver::Solver;
 use afterbay_core::{Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector};
 
@@ -38,14 +39,14 @@ where
         _workspace: &mut (),
     ) -> Result<Effort, StepFailure> {
         let [q, p, w] = [state.q.as_slice()[0], state.p.as_slice()[0], state.w.as_slice()[0]];
-        let [delta_q, delta_p, delta_w] = self.steps.sizes(system, h, q, p)?;
+        let sizes = self.steps.sizes(system, h, q, p)?;
         let dissipative = !system.dissipation_form().zero;
         let mass = system.mass(0);
         let coordinate = Coordinate {
             dof: 0,
             q,
             p,
-            steps: [delta_q / mass, delta_p, delta_w / mass],
+            rates: Rates { q: sizes.q / mass, p: sizes.p, w: sizes.w / mass },
             reach: Scalar::abs(q),
             dissipative,
             drive: (),

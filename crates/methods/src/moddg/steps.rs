@@ -7,12 +7,31 @@
 use afterbay_core::{Mask, Misprinted, OrderRaising, Scalar, Separable, StepFailure};
 
 /// The step sizes δ in the equations for q, p and w.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepSizes<T> {
+    /// δ(q), in the equation for q.
+    pub q: T,
+    /// δ(p), in the equation for p.
+    pub p: T,
+    /// δ(w), in the equation for w.
+    pub w: T,
+}
+
+impl<T: Copy> StepSizes<T> {
+    /// The same δ in all three equations.
+    #[inline(always)]
+    fn shared(delta: T) -> Self {
+        Self { q: delta, p: delta, w: delta }
+    }
+}
+
+/// A choice of the step sizes δ.
 pub trait Steps<T: Scalar, S: ?Sized> {
-    /// Returns [δ(q), δ(p), δ(w)] for the step from (q, p).
+    /// Returns δ(q), δ(p) and δ(w) for the step from (q, p).
     ///
     /// # Errors
     /// [`StepFailure::Pole`] where δ is not finite.
-    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<[T; 3], StepFailure>;
+    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<StepSizes<T>, StepFailure>;
 }
 
 /// The plain scheme: δ = h.
@@ -21,8 +40,8 @@ pub struct Plain;
 
 impl<T: Scalar, S: ?Sized> Steps<T, S> for Plain {
     #[inline(always)]
-    fn sizes(&self, _system: &S, h: T, _q: T, _p: T) -> Result<[T; 3], StepFailure> {
-        Ok([h; 3])
+    fn sizes(&self, _system: &S, h: T, _q: T, _p: T) -> Result<StepSizes<T>, StepFailure> {
+        Ok(StepSizes::shared(h))
     }
 }
 
@@ -78,12 +97,12 @@ impl Placement {
         self,
         h: T,
         delta: impl Fn(Equation) -> Result<T, StepFailure>,
-    ) -> Result<[T; 3], StepFailure> {
+    ) -> Result<StepSizes<T>, StepFailure> {
         Ok(match self {
-            Self::Shared(equation) => [delta(equation)?; 3],
-            Self::Single(Equation::Q) => [delta(Equation::Q)?, h, h],
-            Self::Single(Equation::P) => [h, delta(Equation::P)?, h],
-            Self::Each => [delta(Equation::Q)?, delta(Equation::P)?, h],
+            Self::Shared(equation) => StepSizes::shared(delta(equation)?),
+            Self::Single(Equation::Q) => StepSizes { q: delta(Equation::Q)?, p: h, w: h },
+            Self::Single(Equation::P) => StepSizes { q: h, p: delta(Equation::P)?, w: h },
+            Self::Each => StepSizes { q: delta(Equation::Q)?, p: delta(Equation::P)?, w: h },
         })
     }
 }
@@ -114,7 +133,7 @@ impl Equation {
 
 impl<T: Scalar, S: OrderRaising<T> + ?Sized> Steps<T, S> for Raised {
     #[inline]
-    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<[T; 3], StepFailure> {
+    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<StepSizes<T>, StepFailure> {
         self.0.distribute(h, |equation| {
             let correction = match equation {
                 Equation::Q => system.delta_q(q, p),
@@ -127,7 +146,7 @@ impl<T: Scalar, S: OrderRaising<T> + ?Sized> Steps<T, S> for Raised {
 
 impl<T: Scalar, S: Misprinted<T> + ?Sized> Steps<T, S> for Printed {
     #[inline]
-    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<[T; 3], StepFailure> {
+    fn sizes(&self, system: &S, h: T, q: T, p: T) -> Result<StepSizes<T>, StepFailure> {
         self.0.distribute(h, |equation| {
             let correction = match equation {
                 Equation::Q => system.printed_delta_q(q, p),

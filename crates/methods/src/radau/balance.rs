@@ -20,7 +20,7 @@ use crate::adaptive::{Projection, ROUNDING_SUSPECTED_BELOW, is_noise};
 use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
 
 /// The share of the reservoirs, between 0 and 1, from which they take all of the defect. A choice.
-const ALL: f64 = 0.999;
+const WHOLE_SHARE: f64 = 0.999;
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Computes the end of the step with K exact. If no allowed change makes it so, returns the
@@ -113,7 +113,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         if share.is_nan() || share == 0.0 {
             return;
         }
-        let share = if share > ALL { 1.0 } else { share };
+        let share = if share > WHOLE_SHARE { 1.0 } else { share };
         let defect = V::Scalar::from_f64(share) * defect;
         let each = defect / of_reservoirs;
         let gain = &mut gain.as_mut_slice()[..n];
@@ -143,7 +143,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             target,
             size: (energy.abs() + target.abs()).to_f64(),
             scales: [allowed.scales[0], allowed.scales[1]],
-            allowed: allowed.share,
+            share: allowed.share,
         };
         let moved = projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], end_energy)?;
         self.unmoved = !moved;

@@ -190,7 +190,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     ) -> Effort {
         let mut effort = Effort::default();
         if !self.begun {
-            self.start.look(system, self.dissipative, &state.q, &state.p);
+            self.start.evaluate_slopes(system, self.dissipative, &state.q, &state.p);
             self.energy = state.energy(system);
             self.off = f64::INFINITY;
             (self.begun, self.fresh) = (true, false);

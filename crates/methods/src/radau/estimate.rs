@@ -10,7 +10,7 @@
 use super::engine::Engine;
 use super::share::{Allowed, power};
 use super::stages::Point;
-use afterbay_core::{Scalar, State, System, Vector};
+use afterbay_core::{Scalar, State, System, Vector, larger_or_nan};
 
 /// The factor by which the estimate is multiplied before it is raised to the order of the step,
 /// that of RADAU. Most systems of the test set would need a tenth of it. A long chain whose fast
@@ -75,8 +75,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let ratios = estimates.into_iter().zip(allowed.relative).map(|(estimate, relative)| {
             CAUTION * estimate * relative / power(relative * allowed.share, exponent)
         });
-        // Comparisons ignore NaN. A ratio that overflows is an error that is too large.
-        let most = ratios.fold(0.0, |most, ratio| if ratio <= most { most } else { ratio });
+        // A ratio that overflows is an error that is too large.
+        let most = ratios.fold(0.0, larger_or_nan);
         let error = power(most, exponent.recip());
         if error == f64::INFINITY { f64::MAX } else { error }
     }
@@ -99,7 +99,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 *to = from + by;
             }
         }
-        moved.look(system, *dissipative, &at[0], &at[1]);
+        moved.evaluate_slopes(system, *dissipative, &at[0], &at[1]);
         std::mem::swap(&mut self.start, &mut self.moved);
         let error = self.estimate(h, allowed, smooth);
         std::mem::swap(&mut self.start, &mut self.moved);

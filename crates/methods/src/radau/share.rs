@@ -14,8 +14,9 @@
 use crate::adaptive::{ROUNDINGS, SHARES, scales, sizes};
 use afterbay_core::{Scalar, State, Tolerance, Vector};
 
-/// The number of steps before those taken count for more than a guess. A choice.
-const FEW: f64 = 8.0;
+/// The number of steps that is guessed before any is taken. As many steps must be taken before they
+/// count for more than the guess. A choice.
+const GUESSED_STEPS: f64 = 8.0;
 
 /// The tolerance of a run, and the history of its steps.
 #[derive(Clone, Copy, Debug)]
@@ -33,11 +34,11 @@ pub(super) struct Share {
 /// The errors allowed of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Allowed {
-    /// The errors of q, p and w allowed at the end of the run,
+    /// The errors of q, p and w allowed at the end of the run.
     pub(super) scales: [f64; 3],
-    /// the share of them allowed of this step,
+    /// The share of them allowed of this step.
     pub(super) share: f64,
-    /// and the relative tolerances of q, p and w.
+    /// The relative tolerances of q, p and w.
     pub(super) relative: [f64; 3],
     /// A rounding of q and p, in units of the scales.
     pub(super) rounding: f64,
@@ -62,16 +63,17 @@ impl Share {
         let from = *self.from.get_or_insert(t);
         let left = (self.span - (t - from)).max(0.0);
         let room = if self.longest > 0.0 { (left / self.longest).max(1.0) } else { 1.0 };
-        let steps = self.steps + FEW + power(room, self.steps / (self.steps + FEW));
+        let guessed = self.steps + GUESSED_STEPS;
+        let steps = guessed + power(room, self.steps / guessed);
         let share = SHARES / steps;
-        let Tolerance { relative, w, .. } = self.tolerance;
+        let Tolerance { relative, w_relative, .. } = self.tolerance;
         let sizes = sizes(state, self.free);
         let scales = scales(&self.tolerance, sizes, ROUNDINGS * V::Scalar::EPSILON / share);
         let roundings = (sizes[0] / scales[0]).max(sizes[1] / scales[1]);
         Allowed {
             scales,
             share,
-            relative: [relative, relative, w.0],
+            relative: [relative, relative, w_relative],
             rounding: V::Scalar::EPSILON * roundings,
         }
     }

@@ -117,12 +117,12 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let converged = CONVERGED_ROUNDINGS * allowed.rounding;
         let stagnant = STAGNANT_ROUNDINGS * allowed.rounding;
         let solved = (SOLVED * allowed.share).max(converged);
-        let extended = V::Scalar::EPSILON < 0.5 * f64::EPSILON;
-        let most = if extended { MOST_CORRECTIONS_EXTENDED } else { MOST_CORRECTIONS };
+        let most =
+            if V::Scalar::IS_EXTENDED { MOST_CORRECTIONS_EXTENDED } else { MOST_CORRECTIONS };
         let mut eta = power(self.eta.max(LEAST_ETA), ETA_POWER);
         let (mut before, mut theta) = (f64::NAN, 0.0);
         for count in 1..=most {
-            self.look(system, state);
+            self.evaluate_slopes(system, state);
             effort.evaluations += S as u64;
             effort.iterations += 1;
             let change = self.correct(h, shares);
@@ -139,7 +139,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 // A larger η would make the next step take corrections that it may not need.
                 self.eta = eta.min(1.0);
                 self.renew |= theta > CONTRACTING;
-                self.look(system, state);
+                self.evaluate_slopes(system, state);
                 effort.evaluations += S as u64;
                 return Ok(());
             }
@@ -155,9 +155,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     /// Computes the slopes at the stages.
     #[inline(always)]
-    fn look<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
+    fn evaluate_slopes<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) {
         let Self { trial, points, last, dissipative, .. } = self;
-        trial.look(system, *dissipative, state, points, last);
+        trial.evaluate_slopes(system, *dissipative, state, points, last);
     }
 
     /// Corrects the stages once, and returns the size of the correction; NaN if it is not finite.

@@ -38,7 +38,7 @@ impl<V: Vector> Point<V> {
 
     /// Computes the slopes at (q, p).
     #[inline(always)]
-    pub(super) fn look<S>(&mut self, system: &S, dissipative: bool, q: &V, p: &V)
+    pub(super) fn evaluate_slopes<S>(&mut self, system: &S, dissipative: bool, q: &V, p: &V)
     where
         S: System<V::Scalar> + ?Sized,
     {
@@ -95,7 +95,7 @@ impl<V: Vector, const S: usize> Stages<V, S> {
     /// Computes the slopes at the stages of a step from `state`. ∂H/∂q and D of the last stage,
     /// which is the end of the step, are copied to `last`.
     #[inline(always)]
-    pub(super) fn look<F: System<V::Scalar> + ?Sized>(
+    pub(super) fn evaluate_slopes<F: System<V::Scalar> + ?Sized>(
         &mut self,
         system: &F,
         dissipative: bool,

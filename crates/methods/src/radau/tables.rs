@@ -12,6 +12,7 @@
 //! X has one real eigenvalue μ and (s-1)/2 complex pairs. Except for its diagonal it is skew, so
 //! its left eigenvectors are the right ones with the sign of every second entry reversed.
 
+use crate::legendre::narrow;
 use afterbay_core::{Quad, Scalar};
 use faer::{Mat, c64};
 use std::array::from_fn;
@@ -128,10 +129,6 @@ impl<const S: usize> Tables<Quad, S> {
 
     /// Rounds the tables to the scalar type.
     pub(super) fn narrow<T: Scalar>(&self) -> Tables<T, S> {
-        let narrow = |x: Quad| {
-            let leading = x.to_f64();
-            T::from_f64(leading) + T::from_f64((x - Quad::from_f64(leading)).to_f64())
-        };
         Tables {
             nodes: self.nodes.map(narrow),
             columns: self.columns.map(|column| column.map(narrow)),
@@ -193,13 +190,13 @@ fn diagonal(stages: usize, k: usize) -> Quad {
 fn legendre<const S: usize>(c: Quad) -> [Quad; S] {
     let x = c + c - Quad::ONE;
     from_fn(|k| {
-        let [value, _] = plain(k, x);
+        let [value, _] = polynomial_and_slope(k, x);
         value * Quad::from_f64((2 * k + 1) as f64).sqrt()
     })
 }
 
 /// The Legendre polynomial on [-1, 1] of degree n, and its derivative.
-fn plain(n: usize, x: Quad) -> [Quad; 2] {
+fn polynomial_and_slope(n: usize, x: Quad) -> [Quad; 2] {
     let (mut value, mut before) = (Quad::ONE, Quad::ZERO);
     let (mut slope, mut slope_before) = (Quad::ZERO, Quad::ZERO);
     for k in 0..n {
@@ -214,7 +211,7 @@ fn plain(n: usize, x: Quad) -> [Quad; 2] {
 /// The nodes, in ascending order.
 fn nodes<const S: usize>() -> [Quad; S] {
     let both = |x: Quad| {
-        let [high, low] = [plain(S, x), plain(S - 1, x)];
+        let [high, low] = [polynomial_and_slope(S, x), polynomial_and_slope(S - 1, x)];
         [high[0] - low[0], high[1] - low[1]]
     };
     let at = |k: u32| Quad::from_f64(-(PI * f64::from(k) / f64::from(INTERVALS)).cos());

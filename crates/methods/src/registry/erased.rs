@@ -42,6 +42,17 @@ impl<'a, T: Scalar> Place<'a, T> {
     }
 }
 
+/// The method of an error that does not know its name. Replaced by [`Run::named`].
+pub(super) const UNNAMED: &str = "";
+
+fn takes_a_tolerance() -> InputError {
+    InputError::Unsupported { method: UNNAMED, why: "it takes a tolerance, not a step" }
+}
+
+fn takes_a_step() -> InputError {
+    InputError::Unsupported { method: UNNAMED, why: "it takes a step, not a tolerance" }
+}
+
 /// A bound method. Fixed-step methods refuse tolerances and the reverse.
 pub(super) trait Erased<T: Scalar>: Send + Sync {
     fn dof(&self) -> usize;
@@ -52,13 +63,13 @@ pub(super) trait Erased<T: Scalar>: Send + Sync {
         _place: Place<'_, T>,
         _show: Show<'_, T>,
     ) -> Result<Effort, IntegrateError> {
-        Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
+        Err(takes_a_tolerance().into())
     }
 
     fn stepper(&self, tolerance: Tolerance) -> ErasedStepping<'_, T>;
 
     fn step(&self, _h: T, _place: Place<'_, T>) -> Result<Effort, IntegrateError> {
-        Err(InputError::Unsupported { method: "", why: "it takes a tolerance, not a step" }.into())
+        Err(takes_a_tolerance().into())
     }
 
     fn run_within(
@@ -69,7 +80,7 @@ pub(super) trait Erased<T: Scalar>: Send + Sync {
         _stride: u64,
         _show: Show<'_, T>,
     ) -> Result<Statistics, IntegrateError> {
-        Err(InputError::Unsupported { method: "", why: "it takes a step, not a tolerance" }.into())
+        Err(takes_a_step().into())
     }
 
     fn sample(
@@ -79,7 +90,7 @@ pub(super) trait Erased<T: Scalar>: Send + Sync {
         _place: Place<'_, T>,
         _show: Show<'_, T>,
     ) -> Result<Statistics, IntegrateError> {
-        Err(InputError::Unsupported { method: "", why: "it takes a step, not a tolerance" }.into())
+        Err(takes_a_step().into())
     }
 }
 

@@ -1,6 +1,6 @@
 //! A method bound to a system, with the types of both erased.
 
-use super::erased::{Erased, Place};
+use super::erased::{Erased, Place, UNNAMED};
 use afterbay_core::{
     Effort, Grid, InputError, IntegrateError, Quantity, Scalar, State, StateRef, Statistics,
     Tolerance, Vector,
@@ -162,7 +162,7 @@ impl<T: Scalar> Run<T> {
     /// Inserts the name of the method into an error that has none.
     fn named(&self, error: IntegrateError) -> IntegrateError {
         match error {
-            IntegrateError::Input(InputError::Unsupported { method: "", why }) => {
+            IntegrateError::Input(InputError::Unsupported { method: UNNAMED, why }) => {
                 InputError::Unsupported { method: self.method, why }.into()
             }
             error => error,

@@ -10,12 +10,12 @@ use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 const LARGEST_DISTANCE: f64 = 0.5;
 /// The largest number of points evaluated.
 const MOST_POINTS: u32 = 12;
-/// The error of K, in roundings of its terms, at which the search ends,
+/// The error of K, in roundings of its terms, at which the search for γ ends.
 const MET_ROUNDINGS: f64 = 2.0;
-/// and the error accepted where the search makes no further progress.
+/// The error of K, in roundings of its terms, accepted where the search makes no progress.
 const NOISE_ROUNDINGS: f64 = 8.0;
-/// The change of K over a step, in roundings of its terms, from which on γ is told from its noise:
-/// twice the error at which the search ends.
+/// The least change of K over a step, in roundings of its terms, that determines γ: twice
+/// [`MET_ROUNDINGS`].
 const TOLD_ROUNDINGS: f64 = 4.0;
 
 /// A point of the chord, and the error of K there.

@@ -25,8 +25,8 @@ pub(super) struct Track<V: Vector> {
     last: Option<(V::Scalar, Known<V::Scalar>)>,
 }
 
-/// A γ farther from 1 than this is not used as a prediction.
-const TAME: f64 = 0.1;
+/// The largest distance from 1 of a γ that is used as a prediction.
+const LARGEST_PREDICTED_DEVIATION: f64 = 0.1;
 
 impl<V: Vector> Track<V> {
     pub(super) fn new(n: usize) -> Self {
@@ -48,9 +48,10 @@ impl<V: Vector> Track<V> {
             return Known { lag: zero, gamma: one, energy, total: energy + state.reservoir() };
         };
         let small = known.lag.to_f64().abs() <= h.to_f64().abs() / 2.0;
-        let tame = step == h && (known.gamma - one).to_f64().abs() <= TAME;
+        let deviation = (known.gamma - one).to_f64().abs();
+        let predicts = step == h && deviation <= LARGEST_PREDICTED_DEVIATION;
         let lag = if small { known.lag } else { zero };
-        Known { lag, gamma: if tame { known.gamma } else { one }, ..known }
+        Known { lag, gamma: if predicts { known.gamma } else { one }, ..known }
     }
 
     /// Stores the data after a step h that ended in `state`.

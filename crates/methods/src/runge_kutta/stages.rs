@@ -60,7 +60,7 @@ impl<V: Vector> Stages<V> {
     pub(crate) fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
         self.q.as_mut_slice().copy_from_slice(state.q.as_slice());
         self.p.as_mut_slice().copy_from_slice(state.p.as_slice());
-        self.look(system, 0);
+        self.evaluate_slopes(system, 0);
         self.start.as_mut_slice().copy_from_slice(self.hq.as_slice());
     }
 
@@ -91,12 +91,12 @@ impl<V: Vector> Stages<V> {
         let row = B::ROWS[I];
         combine::<V, Q>(row, &self.slopes, h, &state.q, &mut self.q);
         combine::<V, P>(row, &self.slopes, h, &state.p, &mut self.p);
-        self.look(system, I);
+        self.evaluate_slopes(system, I);
     }
 
     /// Computes the slopes at the point of a stage.
     #[inline(always)]
-    fn look<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, stage: usize) {
+    fn evaluate_slopes<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, stage: usize) {
         let Self { slopes, hq, q, p, d, dissipative, .. } = self;
         let [v, force, loss] = &mut slopes[stage];
         let (q, p, hq) = (q.as_slice(), p.as_slice(), hq.as_mut_slice());
@@ -160,20 +160,20 @@ fn largest_sum<V: Vector, const PART: usize>(terms: Terms, slopes: &[[V; 3]; STA
     largest[0] + largest[1]
 }
 
-/// Adds the blocks of W numbers that remain after the first `done` to the largest number so far.
+/// Adds the blocks of WIDTH numbers that remain after the first `done` to the largest number so far.
 #[inline(never)]
-fn largest_in_blocks<V: Vector, const PART: usize, const W: usize>(
+fn largest_in_blocks<V: Vector, const PART: usize, const WIDTH: usize>(
     terms: Terms,
     slopes: &[[V; 3]; STAGES],
     largest: &mut [f64; 2],
     done: &mut usize,
     n: usize,
 ) {
-    let mut lanes = [[0.0; 2]; W];
-    while *done + W <= n {
-        let sums = sum_of_block::<V, PART, W>(terms, slopes, *done);
+    let mut lanes = [[0.0; 2]; WIDTH];
+    while *done + WIDTH <= n {
+        let sums = sum_of_block::<V, PART, WIDTH>(terms, slopes, *done);
         lanes = from_fn(|b| see(lanes[b], sums[b]));
-        *done += W;
+        *done += WIDTH;
     }
     for [most, poison] in lanes {
         *largest = [if most > largest[0] { most } else { largest[0] }, largest[1] + poison];
@@ -187,15 +187,15 @@ fn see<T: Scalar>([most, poison]: [f64; 2], x: T) -> [f64; 2] {
     [if x > most { x } else { most }, poison + 0.0 * x]
 }
 
-/// Σ a_k slope_k of W numbers from the index `from`.
+/// Σ a_k slope_k of WIDTH numbers from the index `from`.
 #[inline(always)]
-fn sum_of_block<V: Vector, const PART: usize, const W: usize>(
+fn sum_of_block<V: Vector, const PART: usize, const WIDTH: usize>(
     terms: Terms,
     slopes: &[[V; 3]; STAGES],
     from: usize,
-) -> [V::Scalar; W] {
-    terms.iter().fold([V::Scalar::zero(); W], |sums, &(k, a)| {
-        let (a, x) = (number::<V::Scalar>(a), &slopes[k][PART].as_slice()[from..from + W]);
+) -> [V::Scalar; WIDTH] {
+    terms.iter().fold([V::Scalar::zero(); WIDTH], |sums, &(k, a)| {
+        let (a, x) = (number::<V::Scalar>(a), &slopes[k][PART].as_slice()[from..from + WIDTH]);
         from_fn(|b| a.mul_add(x[b], sums[b]))
     })
 }
@@ -224,10 +224,10 @@ fn combine<V: Vector, const PART: usize>(
     }
 }
 
-/// Combines as many blocks of W numbers as remain after the first `done` numbers. Returns the
+/// Combines as many blocks of WIDTH numbers as remain after the first `done` numbers. Returns the
 /// number of entries done.
 #[inline(never)]
-fn combine_blocks<V: Vector, const PART: usize, const W: usize>(
+fn combine_blocks<V: Vector, const PART: usize, const WIDTH: usize>(
     terms: Terms,
     slopes: &[[V; 3]; STAGES],
     factor: V::Scalar,
@@ -236,11 +236,11 @@ fn combine_blocks<V: Vector, const PART: usize, const W: usize>(
     mut done: usize,
 ) -> usize {
     for (to, start) in
-        to[done..].as_chunks_mut::<W>().0.iter_mut().zip(start[done..].as_chunks::<W>().0)
+        to[done..].as_chunks_mut::<WIDTH>().0.iter_mut().zip(start[done..].as_chunks::<WIDTH>().0)
     {
-        let sums = sum_of_block::<V, PART, W>(terms, slopes, done);
+        let sums = sum_of_block::<V, PART, WIDTH>(terms, slopes, done);
         *to = from_fn(|b| factor.mul_add(sums[b], start[b]));
-        done += W;
+        done += WIDTH;
     }
     done
 }

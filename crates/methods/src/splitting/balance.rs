@@ -64,7 +64,7 @@ impl<V: Vector> Workspace<V> {
             system.gradient(q.as_slice(), p.as_slice(), hq, hp);
             let slope = [&*hq, &*hp];
             let size = size.to_f64();
-            let projection = Projection { slope, target, size, scales: [1.0; 2], allowed };
+            let projection = Projection { slope, target, size, scales: [1.0; 2], share: allowed };
             projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], energy).is_ok()
         };
         // A long projection ends where its slope is no longer that of H.

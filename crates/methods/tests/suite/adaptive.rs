@@ -86,10 +86,8 @@ fn check_k_and_w(
 
 fn tolerance() -> impl Strategy<Value = Tolerance> {
     let one = || (-12.0..-0.5_f64).prop_map(|x| 10f64.powf(x));
-    [one(), one(), one(), one()].prop_map(|[relative, absolute, a, b]| Tolerance {
-        relative,
-        absolute,
-        w: (a, b),
+    [one(), one(), one(), one()].prop_map(|[relative, absolute, w_relative, w_absolute]| {
+        Tolerance { relative, absolute, w_relative, w_absolute }
     })
 }
 
@@ -173,7 +171,8 @@ impl Curvature<f64> for Gate {
 fn what_is_not_passive_gives_energy_back() {
     let start = State::new(vec![1.0], vec![0.0]).unwrap();
     for row in ADAPTIVE {
-        let tolerance = Tolerance { relative: 1e-2, absolute: 1e-2, w: (10.0, 10.0) };
+        let tolerance =
+            Tolerance { relative: 1e-2, absolute: 1e-2, w_relative: 10.0, w_absolute: 10.0 };
         let given = (-100..100).filter(|&i| {
             let gate: Arc<Curved<f64>> = Arc::new(Gate { at: 0.01 * f64::from(i) });
             watch(row, &gate, &tolerance, 20.0, &start).unwrap().1

@@ -74,7 +74,8 @@ fn sampled<M: Adaptive<Vec<Quad>, Curved<Quad>>>(
 ) -> [f64; 3] {
     let h = exact.t / Quad::from_f64(steps.count as f64 - 0.5);
     let all = steps.tolerance;
-    let tolerance = Tolerance { w: (TIGHT * all, TIGHT * all), ..Tolerance::all(all) };
+    let tolerance =
+        Tolerance { w_relative: TIGHT * all, w_absolute: TIGHT * all, ..Tolerance::all(all) };
     let span = steps.span * h.to_f64().powi(-(steps.order as i32));
     let mut workspace = method.workspace(system, &tolerance, span).unwrap();
     let (mut state, mut before) = (start.clone(), start.clone());

@@ -90,33 +90,14 @@ pub(super) struct Shape {
 impl Shape {
     pub(super) fn new(mut reading: Reading) -> Result<Self, CustomError> {
         let members = if reading.has_clock { None } else { Members::new(&mut reading)? };
-        let Reading {
-            graph,
-            parameters,
-            potential,
-            masses,
-            forces,
-            dissipations,
-            places,
-            has_clock,
-        } = reading;
+        let Reading { graph, potential, masses, forces, dissipations, has_clock, .. } = reading;
         let dof = masses.len();
         let mut builder = Builder::new(graph);
         let coordinate = |j: usize| Input::Coordinate(j as u32);
         let every: Vec<Input> = (0..dof).map(coordinate).collect();
         let slopes = builder.graph.gradient(potential, Kinds::COORDINATES, &every);
 
-        let mut second = SecondDerivatives::default();
-        for (i, &slope) in slopes.iter().enumerate() {
-            second.add_row(&mut builder, (Block::Hqq, i), slope)?;
-        }
-        let mut local_dissipations = Vec::new();
-        for (i, &force) in forces.iter().enumerate() {
-            let by_q = second.add_row(&mut builder, (Block::Dq, i), force)?;
-            let by_p = second.add_row(&mut builder, (Block::Dp, i), force)?;
-            local_dissipations.push([force, by_q, by_p]);
-        }
-
+        let (second, local_dissipations) = second_derivatives(&mut builder, &slopes, &forces)?;
         let kinks = builder.graph.kinks(&[&slopes[..], &forces].concat());
         let structure = Structure::new(
             &builder.graph,
@@ -135,30 +116,23 @@ impl Shape {
         let matrix = passive::matrix(&mut builder.graph, &dissipations);
         let fields = std::iter::once(potential).chain(dissipations.iter().copied()).collect();
         let potential = builder.potential(potential, &slopes)?;
-        let may_be_singular = match &potential {
-            Potential::Programs { singular, .. } => singular.iter().any(Option::is_some),
-            Potential::Ridges { .. } => false,
-        };
         let curvature = builder.many(&second.nodes)?;
 
         let Builder { graph, frames, .. } = builder;
-        let mut evaluated: Vec<Node> = frames.iter().chain(&masses).copied().collect();
-        if let DissipationKernel::Constant(gammas) = &dissipation_kernel {
-            evaluated.extend(gammas);
-        }
-        evaluated.extend(matrix.iter().flatten().map(|x| x.2));
-        let closed = closed(&graph, evaluated, &dissipations, &places);
+        let evaluated = frames.iter().chain(&masses).chain(dissipation_kernel.constants()).copied();
+        let evaluated = evaluated.chain(matrix.iter().flatten().map(|x| x.2)).collect();
+        let closed = closed(&graph, evaluated, &dissipations, &reading.places);
         Ok(Self {
             dof,
             has_clock,
             graph,
-            parameters,
-            places,
+            parameters: reading.parameters,
+            places: reading.places,
             masses,
             closed,
             frames,
+            may_be_singular: potential.may_be_singular(),
             potential,
-            may_be_singular,
             dissipation_kernel,
             dissipations,
             matrix,
@@ -171,6 +145,45 @@ impl Shape {
             members,
         })
     }
+}
+
+impl Potential {
+    /// Whether V may be singular, by its form.
+    fn may_be_singular(&self) -> bool {
+        match self {
+            Self::Programs { singular, .. } => singular.iter().any(Option::is_some),
+            Self::Ridges { .. } => false,
+        }
+    }
+}
+
+impl DissipationKernel {
+    /// γ_j, if they are made of parameters.
+    fn constants(&self) -> &[Node] {
+        match self {
+            Self::Constant(gammas) => gammas,
+            Self::Linear(_) | Self::General { .. } => &[],
+        }
+    }
+}
+
+/// The second derivatives, and each D_j with its derivatives by q_j and p_j.
+fn second_derivatives(
+    builder: &mut Builder,
+    slopes: &[Node],
+    forces: &[Node],
+) -> Result<(SecondDerivatives, Vec<[Node; 3]>), CustomError> {
+    let mut second = SecondDerivatives::default();
+    for (i, &slope) in slopes.iter().enumerate() {
+        second.add_row(builder, (Block::Hqq, i), slope)?;
+    }
+    let mut local_dissipations = Vec::new();
+    for (i, &force) in forces.iter().enumerate() {
+        let by_q = second.add_row(builder, (Block::Dq, i), force)?;
+        let by_p = second.add_row(builder, (Block::Dp, i), force)?;
+        local_dissipations.push([force, by_q, by_p]);
+    }
+    Ok((second, local_dissipations))
 }
 
 impl Builder {

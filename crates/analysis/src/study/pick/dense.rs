@@ -18,18 +18,21 @@ pub(super) struct Dense {
 /// The number of states at first, and the most numbers stored.
 const FEWEST: usize = 256;
 const MOST_NUMBERS: usize = 1 << 22;
-/// The interpolation error aimed at, as a share of the wanted error ...
+/// The interpolation error aimed at, as a share of the wanted error.
 const SHARE: f64 = 1e-3;
-/// ... and as a share of the largest number, for its rounding.
+/// The least interpolation error aimed at, as a share of the largest number: its rounding.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// States are no longer added if the interpolation error does not fall below the share `FALL` of
-/// its former value and misses the goal in less than the share `FEW` of at least `MANY` cells.
-/// These cells contain kinks.
-const FALL: f64 = 0.25;
-const FEW: f64 = 0.02;
-const MANY: usize = 1 << 14;
-/// The least and the largest factor by which the number of states grows at once.
-const LEAPS: [f64; 2] = [1.5, 16.0];
+/// States are no longer added if the interpolation error does not fall below this share of its
+/// former value, and misses the goal in few of many cells. These cells contain kinks.
+const LEAST_FALL: f64 = 0.25;
+/// The share of the cells below which they are few.
+const FEW_CELLS: f64 = 0.02;
+/// The number of cells from which on they are many.
+const MANY_CELLS: usize = 1 << 14;
+/// The least factor by which the number of states grows at once.
+const LEAST_LEAP: f64 = 1.5;
+/// The largest one.
+const LARGEST_LEAP: f64 = 16.0;
 
 impl Dense {
     /// Raises the number of states until the interpolation resolves errors of `bound` in every
@@ -64,10 +67,11 @@ impl Dense {
             let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);
             let misses = dense.cells.iter().filter(|doubt| doubt.most() > goal).count();
             // Eight times as many states divide the error by 8⁸, except beside a kink.
-            let factor = (1.2 * (worst / goal).powf(0.125)).clamp(LEAPS[0], LEAPS[1]);
+            let factor = (1.2 * (worst / goal).powf(0.125)).clamp(LEAST_LEAP, LARGEST_LEAP);
             let next = 2 * (0.5 * count as f64 * factor).ceil() as usize;
-            let falls = last.is_none_or(|last| worst < FALL * last);
-            let at_kinks = !falls && count >= MANY && (misses as f64) < FEW * count as f64;
+            let falls = last.is_none_or(|last| worst < LEAST_FALL * last);
+            let at_kinks =
+                !falls && count >= MANY_CELLS && (misses as f64) < FEW_CELLS * count as f64;
             if misses == 0 || at_kinks || next > most {
                 return Ok(dense);
             }

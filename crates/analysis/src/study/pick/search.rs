@@ -11,26 +11,29 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// More steps are not tried after a run that takes this many times as long as one that qualifies,
-/// and at least this long.
+/// unless it is short.
 const SLOWER: u32 = 10;
-const SHORT: Duration = Duration::from_millis(10);
+/// The time of a run that is short.
+const SHORT_RUN: Duration = Duration::from_millis(10);
 /// The most time for the search of one method, without its check.
-const PATIENCE: Duration = Duration::from_secs(8);
+const MOST_SEARCH_TIME: Duration = Duration::from_secs(8);
 /// The most steps of a run.
-const MOST: u64 = 1 << 31;
-/// The ratio of successive tolerances, the most that are tried, and the loosest.
-const NEXT: f64 = 2.0;
-const TRIES: u32 = 24;
+const MOST_STEPS: u64 = 1 << 31;
+/// The ratio of successive tolerances.
+const TOLERANCE_RATIO: f64 = 2.0;
+/// The most tolerances tried.
+const MOST_TOLERANCES: u32 = 24;
+/// The loosest tolerance.
 const LOOSEST: f64 = 0.1;
 /// The number of successive searches without halving the error after which the method is given up.
 /// It exceeds one because errors do not fall evenly where the field has kinks.
-const IDLE: u32 = 3;
+const MOST_IDLE_SEARCHES: u32 = 3;
 /// The relative accuracy of the number of steps.
-const CLOSE: f64 = 1.05;
-/// The most settings tried for one that holds with its neighbours (1.06⁴⁸ = 16 times the steps),
-/// and the most time for it.
-const ROUNDS: u32 = 48;
-const LONGEST: Duration = Duration::from_secs(60);
+const STEPS_ACCURACY: f64 = 1.05;
+/// The most settings tried for one that holds with its neighbours: 1.06⁴⁸ = 16 times the steps.
+const MOST_CHECKED: u32 = 48;
+/// The time after which no other setting is tried for it.
+const MOST_CHECK_TIME: Duration = Duration::from_secs(60);
 
 /// The search for the setting of one method.
 pub(super) struct Search<'a> {
@@ -71,8 +74,8 @@ impl<'a> Search<'a> {
         }
         let trial = self.bench.run(setting)?;
         // The number of trials to come is unknown, so progress is measured by the time spent.
-        let time = self.started.elapsed().min(PATIENCE.mul_f64(0.9)).as_millis() as u64;
-        self.piece.reach(time, PATIENCE.as_millis() as u64);
+        let time = self.started.elapsed().min(MOST_SEARCH_TIME.mul_f64(0.9)).as_millis() as u64;
+        self.piece.reach(time, MOST_SEARCH_TIME.as_millis() as u64);
         if !self.bench.progress.stopped() {
             self.order.push(setting.key());
             self.tried.insert(setting.key(), trial.clone());
@@ -91,10 +94,10 @@ impl<'a> Search<'a> {
         let trial = self.run(Choice::Steps(row, steps))?;
         let took = clock.elapsed();
         let shortest = Duration::from_nanos(self.shortest.load(Ordering::Relaxed));
-        let worth = SHORT.max(shortest.saturating_mul(SLOWER));
+        let worth = SHORT_RUN.max(shortest.saturating_mul(SLOWER));
         let growth = if took > worth {
             Err("it takes far longer than others that qualify")
-        } else if self.started.elapsed() > PATIENCE || steps > MOST / 4 {
+        } else if self.started.elapsed() > MOST_SEARCH_TIME || steps > MOST_STEPS / 4 {
             Err("more steps were not tried")
         } else {
             Ok((2.0 * worth.as_secs_f64() / took.as_secs_f64()).max(2.0))
@@ -122,7 +125,7 @@ impl<'a> Search<'a> {
         let bound = self.wanted().error;
         let (mut tolerance, mut good, mut nearest) =
             (bound.clamp(TIGHTEST, LOOSEST), None, None::<Trial>);
-        for _ in 0..TRIES {
+        for _ in 0..MOST_TOLERANCES {
             let trial = self.run(Choice::Tolerance(row, tolerance))?;
             if self.bench.progress.stopped() {
                 break;
@@ -132,17 +135,17 @@ impl<'a> Search<'a> {
                 if tolerance >= LOOSEST || nearest.is_some() {
                     break;
                 }
-                tolerance = (tolerance * NEXT).min(LOOSEST);
+                tolerance = (tolerance * TOLERANCE_RATIO).min(LOOSEST);
             } else if good.is_some() {
                 break;
             } else {
                 if nearest.as_ref().is_none_or(|nearest| trial.decisive < nearest.decisive) {
                     nearest = Some(trial);
                 }
-                if tolerance <= TIGHTEST || self.started.elapsed() > PATIENCE {
+                if tolerance <= TIGHTEST || self.started.elapsed() > MOST_SEARCH_TIME {
                     break;
                 }
-                tolerance = (tolerance / NEXT).max(TIGHTEST);
+                tolerance = (tolerance / TOLERANCE_RATIO).max(TIGHTEST);
             }
         }
         let candidate = match (good, nearest) {
@@ -179,7 +182,7 @@ impl<'a> Search<'a> {
             Ok(bracket) => bracket,
             Err(reached) => return Ok(reached),
         };
-        while too_few > 0 && good as f64 > CLOSE * too_few as f64 {
+        while too_few > 0 && good as f64 > STEPS_ACCURACY * too_few as f64 {
             let middle = (too_few as f64 * good as f64).sqrt().round() as u64;
             if middle <= too_few || middle >= good {
                 break;
@@ -250,7 +253,7 @@ impl<'a> Search<'a> {
             return refused(first, lacks.into());
         }
         let (mut setting, mut worst) = (from, None::<Trial>);
-        for _ in 0..ROUNDS {
+        for _ in 0..MOST_CHECKED {
             let trial = self.run(setting)?;
             let finer = setting.finer();
             let mut beside = setting.neighbours();
@@ -280,7 +283,7 @@ impl<'a> Search<'a> {
                 )));
             };
             worst = Some(other);
-            match setting.safer().filter(|_| self.started.elapsed() < LONGEST) {
+            match setting.safer().filter(|_| self.started.elapsed() < MOST_CHECK_TIME) {
                 Some(safer) => setting = safer,
                 None => break,
             }
@@ -303,7 +306,7 @@ impl<'a> Search<'a> {
     /// The requirement that a run within the bound does not meet, in words, if any.
     fn flaw(&self, trial: &Trial) -> Result<Option<String>, IntegrateError> {
         let Bench { wanted, dense, problem, .. } = self.bench;
-        if wanted.keep_k && trial.k_drift > ROUNDING * dense.scale(problem)? {
+        if wanted.keep_k && trial.k_drift > LARGEST_DRIFT * dense.scale(problem)? {
             return Ok(Some(format!("K drifts by {:.1e}", trial.k_drift)));
         }
         let taken = trial.passivity_violations.filter(|&count| wanted.passive && count > 0);
@@ -323,7 +326,9 @@ struct Bracket {
 /// Why no more steps are tried, if the search is given up. `best` is the least error so far.
 fn given_up(idle: u32, enough: Option<&str>, best: f64, steps: u64) -> Option<String> {
     match enough {
-        _ if idle == IDLE => Some(format!("its error stays at {best:.1e} however small the step")),
+        _ if idle == MOST_IDLE_SEARCHES => {
+            Some(format!("its error stays at {best:.1e} however small the step"))
+        }
         Some(enough) if best.is_infinite() => {
             Some(format!("no run reached the end, up to {steps} steps: {enough}"))
         }
@@ -351,7 +356,7 @@ pub struct Checked {
 
 pub(super) const INTERRUPTED: &str = "interrupted before it was found or checked";
 /// The largest deviation of K, relative to its largest term, that counts as rounding.
-const ROUNDING: f64 = 1e-11;
+const LARGEST_DRIFT: f64 = 1e-11;
 
 /// The requirement that a method does not promise to meet, if any.
 fn lack(keeps_k: bool, passive: bool, wanted: Wanted) -> Option<&'static str> {

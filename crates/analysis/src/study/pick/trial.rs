@@ -10,7 +10,9 @@ use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::passivity::Passivity;
 use crate::study::work_precision::ended;
-use afterbay_core::{Abilities, Effort, IntegrateError, Motors, State, StateRef, accounts};
+use afterbay_core::{
+    Abilities, Effort, IntegrateError, Motors, State, StateRef, accounts, larger_or_nan,
+};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -121,7 +123,7 @@ fn off(found: StateRef<'_, f64>, z: &[f64], motors: &Motors) -> [f64; 2] {
     let [found_w, exact_w] = [found, exact].map(|state| accounts(state, motors).all());
     let pairs = [(&found.q[..n], &q[..n]), (&found.p[..n], &p[..n]), (&found_w, &exact_w)];
     let [q, p, w] = pairs.map(|(found, exact)| distance(found, exact));
-    [if p <= q { q } else { p }, w]
+    [larger_or_nan(q, p), w]
 }
 
 impl Watch<'_> {

@@ -1,11 +1,11 @@
 //! A map over steps and the values of one parameter.
 
+use super::error::MapError;
 use super::image::Image;
 use super::lanes::WIDTH;
 use super::measure::Observations;
 use super::piece::{Place, StabilityRow, Way, cells};
 use super::reference::{Batch, Exact, Reference, References, batches, of_start};
-use crate::ModelError;
 use crate::progress::Progress;
 use crate::study::Problem;
 use afterbay_core::{Grid, InputError};
@@ -13,7 +13,6 @@ use afterbay_methods::registry::{self, Row};
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use thiserror::Error;
 
 /// The most steps of a run.
 pub const MOST_STEPS: f64 = 1e7;
@@ -33,17 +32,6 @@ pub struct Map<'a> {
     pub end: f64,
     /// The least number of steps of a run.
     pub least_steps: u64,
-}
-
-/// An error that prevents a map. A failure in a cell is a verdict instead.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum MapError {
-    /// The system has no such parameter, or the value is not valid.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// A step or a state is not valid, or a method does not apply.
-    #[error(transparent)]
-    Input(#[from] InputError),
 }
 
 impl Map<'_> {

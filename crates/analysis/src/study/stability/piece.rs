@@ -1,9 +1,9 @@
 //! The cells of a method and a step at neighbouring values, as one piece of work.
 
 use super::alone::Schedule;
+use super::error::MapError;
 use super::image::Image;
 use super::lanes::{Cell, together};
-use super::map::MapError;
 use super::measure::Observations;
 use super::reference::Reference;
 use super::spectrum::spectral_radius;

@@ -1,7 +1,8 @@
 //! A map as a list of cells: tiles of neighbouring values and of steps that share a reference.
 
+use super::error::MapError;
 use super::lanes::WIDTH;
-use super::map::{Map, MapError};
+use super::map::Map;
 use super::measure::Observations;
 use super::piece::{Place, StabilityRow, Way, cells};
 use super::reference::{Batch, batches};

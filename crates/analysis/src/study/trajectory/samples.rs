@@ -5,7 +5,7 @@ use super::{SINGLE_STEPS, Steps, Trajectory, TrajectoryRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::outcome::Ending;
-use afterbay_core::{Grid, IntegrateError, RunError, State, StateRef, Step, Tolerance};
+use afterbay_core::{Grid, IntegrateError, RunError, State, StateRef, TakeStep, Tolerance};
 use afterbay_methods::registry::Row;
 use std::ops::ControlFlow;
 
@@ -107,7 +107,7 @@ impl Times {
         before: &State<Vec<f64>>,
         after: &State<Vec<f64>>,
         next: &mut u64,
-        step: Step<'_>,
+        step: TakeStep<'_>,
         keep: &mut dyn FnMut(StateRef<'_, f64>) -> ControlFlow<()>,
     ) -> bool {
         let mut stopped = false;

@@ -83,7 +83,7 @@ impl<T: Scalar> Edge<T> {
 /// The largest |e| for which seven terms of the series with factorials are accurate to rounding:
 /// the first term left out is e¹⁴/15!, 3e-21 at 1/4 and 9e-51 at 1/512.
 fn small<T: Scalar>() -> f64 {
-    if T::EPSILON < 1e-20 { 1.0 / 512.0 } else { 0.25 }
+    if T::IS_EXTENDED { 1.0 / 512.0 } else { 0.25 }
 }
 
 /// Σ c_k yᵏ, N terms.
@@ -108,7 +108,7 @@ fn odd<T: Scalar>(k: usize) -> T {
 /// 1/n in the precision of T.
 #[inline(always)]
 fn reciprocal<T: Scalar>(n: f64) -> T {
-    if T::EPSILON < 1e-20 { T::from_f64(n).recip() } else { T::from_f64(1.0 / n) }
+    if T::IS_EXTENDED { T::from_f64(n).recip() } else { T::from_f64(1.0 / n) }
 }
 
 /// `near` where the mask is true, `far` elsewhere. A branch that no lane needs is not computed.
@@ -182,7 +182,7 @@ pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
         let value = T::select(least.lt(T::zero()), T::from_f64(f64::NAN), rise);
         Line { value, slope: (one / b - value) / width }
     };
-    let reach = if T::EPSILON < 1e-20 { 0.03 } else { 0.17 };
+    let reach = if T::IS_EXTENDED { 0.03 } else { 0.17 };
     let short = z.abs().lt(T::from_f64(reach));
     either(short.and(T::zero().lt(least)), near, far)
 }

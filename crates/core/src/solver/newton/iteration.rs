@@ -204,7 +204,7 @@ impl<T: Scalar> Iteration<T> {
         let corrected = self.halved[0].or(self.halved[1]).not();
         let converged = open.and(corrected).and(self.correction.next_is_rounding(scale));
         // Numbers near underflow are rounded by the smallest normal number.
-        let scale = scale + T::from_f64(f64::MIN_POSITIVE);
+        let floored_scale = scale + T::from_f64(f64::MIN_POSITIVE);
         self.done = self.done.or(converged);
         let unsure = open.and(self.anew.or(converged.not()));
         if !unsure.any() {
@@ -212,26 +212,29 @@ impl<T: Scalar> Iteration<T> {
         }
         cold_path();
         let (zero, one) = (T::zero(), T::one());
-        let noise = T::from_f64(T::EPSILON.sqrt() / T::EPSILON) * scale;
-        let noise = noise.mul_add(self.seen[0].slope.abs(), self.rounding + self.rounding);
-        let bent = unsure.and(rises(self.seen, previous, noise).not());
+        let rise_noise = (T::from_f64(T::EPSILON.sqrt() / T::EPSILON) * floored_scale)
+            .mul_add(self.seen[0].slope.abs(), self.rounding + self.rounding);
+        let bent = unsure.and(rises(self.seen, previous, rise_noise).not());
         self.done = self.done.and(bent.not());
         // Corrections that shrink, however slowly, are not noise. Noise grows now and then.
-        let noise = (T::from_f64(T::EPSILON) * self.value_rounding).mul_add(steep, scale);
-        let seen = (self.rounding + self.rounding) * steep;
-        let open = self.done.or(self.stalled).or(bent).not();
-        let small = open.and(size.le(T::from_f64(NOISE_ROUNDINGS).mul_add(noise, seen)));
+        let update_noise =
+            (T::from_f64(T::EPSILON) * self.value_rounding).mul_add(steep, floored_scale);
+        let measured_noise = (self.rounding + self.rounding) * steep;
+        let undecided = self.done.or(self.stalled).or(bent).not();
+        let most_noise = T::from_f64(NOISE_ROUNDINGS).mul_add(update_noise, measured_noise);
+        let small = undecided.and(size.le(most_noise));
         self.grown = T::select(small.and(largest.le(size)), self.grown + one, self.grown);
         let settled = size.le(zero).or(one.lt(self.grown));
-        self.done = self.done.or(small.and(settled)).or(open.and(self.bracket.within(scale)));
+        let enclosed = undecided.and(self.bracket.within(floored_scale));
+        self.done = self.done.or(small.and(settled)).or(enclosed);
         if !bent.any() {
             return 0;
         }
         // A measurement decides between rounding and an x + F that does not rise.
-        let MeasuredRounding { size, rounding, evaluations } =
+        let MeasuredRounding { size: mismatch, rounding, evaluations } =
             measure_rounding(s, start, self.seen, bent, equation);
-        let more = rounding.and(self.rounding.lt(size));
-        self.rounding = T::select(more, size, self.rounding);
+        let more = rounding.and(self.rounding.lt(mismatch));
+        self.rounding = T::select(more, mismatch, self.rounding);
         self.stalled = self.stalled.or(bent.and(rounding.not()));
         evaluations
     }

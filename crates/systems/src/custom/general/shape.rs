@@ -69,41 +69,14 @@ impl Shape {
         let mut slopes = |kinds, by: &[Input]| builder.graph.gradient(hamiltonian, kinds, by);
         let hq = slopes(Kinds::COORDINATES, &inputs(Input::Coordinate));
         let hp = slopes(Kinds::MOMENTA, &inputs(Input::Momentum));
-        // D along the flow, where v = ∂H/∂p.
-        let forces: Vec<Node> = dissipations
-            .iter()
-            .map(|&d| {
-                builder.graph.substitute(d, Kinds::VELOCITIES, |graph, input| match input {
-                    Input::Velocity(k) => hp[k as usize],
-                    _ => graph.input(input),
-                })
-            })
-            .collect();
+        let forces = along_flow(&mut builder.graph, &dissipations, &hp);
+        let second = second_derivatives(&mut builder, [&hq, &hp, &forces])?;
 
-        let mut second = SecondDerivatives::default();
-        for (fields, blocks) in [
-            (&hq, &[Block::Hqq, Block::Hqp][..]),
-            (&hp, &[Block::Hpp]),
-            (&forces, &[Block::Dq, Block::Dp]),
-        ] {
-            for (i, &field) in fields.iter().enumerate() {
-                for &block in blocks {
-                    second.add_row(&mut builder, (block, i), field)?;
-                }
-            }
-        }
-
-        let fields: Vec<(usize, Node)> = [&hq, &hp, &forces]
-            .into_iter()
-            .flat_map(|field| field.iter().copied().enumerate())
-            .collect();
-        let coupling = coupling(&builder.graph, dof, fields.iter().copied());
-        let coupled_dissipation = dissipations.iter().enumerate().any(|(j, &d)| {
-            let mut by = builder.graph.inputs(d, Kinds::VELOCITIES).into_iter();
-            by.any(|input| input != Input::Velocity(j as u32))
-        });
-        let nodes: Vec<Node> = fields.into_iter().map(|x| x.1).collect();
-        let kinks = builder.graph.kinks(&nodes);
+        let fields = [&hq[..], &hp, &forces];
+        let numbered = fields.into_iter().flat_map(|field| field.iter().copied().enumerate());
+        let coupling = coupling(&builder.graph, dof, numbered);
+        let coupled_dissipation = couples_velocities(&builder.graph, &dissipations);
+        let kinks = builder.graph.kinks(&fields.concat());
         let linear = kinks.is_empty() && second.nodes.iter().all(|&x| builder.graph.closed(x));
         let singular = builder.graph.singular_parts(hamiltonian);
 
@@ -148,6 +121,45 @@ impl Shape {
             singular,
         })
     }
+}
+
+/// D along the flow, where v = ∂H/∂p.
+fn along_flow(graph: &mut Graph, dissipations: &[Node], hp: &[Node]) -> Vec<Node> {
+    let along = |&d: &Node| {
+        graph.substitute(d, Kinds::VELOCITIES, |graph, input| match input {
+            Input::Velocity(k) => hp[k as usize],
+            _ => graph.input(input),
+        })
+    };
+    dissipations.iter().map(along).collect()
+}
+
+/// The second derivatives of H and the derivatives of D along the flow.
+fn second_derivatives(
+    builder: &mut Builder,
+    [hq, hp, forces]: [&[Node]; 3],
+) -> Result<SecondDerivatives, CustomError> {
+    let mut second = SecondDerivatives::default();
+    for (fields, blocks) in [
+        (hq, &[Block::Hqq, Block::Hqp][..]),
+        (hp, &[Block::Hpp]),
+        (forces, &[Block::Dq, Block::Dp]),
+    ] {
+        for (i, &field) in fields.iter().enumerate() {
+            for &block in blocks {
+                second.add_row(builder, (block, i), field)?;
+            }
+        }
+    }
+    Ok(second)
+}
+
+/// Whether a D_j depends on another velocity than v_j.
+fn couples_velocities(graph: &Graph, dissipations: &[Node]) -> bool {
+    dissipations.iter().enumerate().any(|(j, &d)| {
+        let mut by = graph.inputs(d, Kinds::VELOCITIES).into_iter();
+        by.any(|input| input != Input::Velocity(j as u32))
+    })
 }
 
 impl Builder {
