@@ -8,8 +8,13 @@ use afterbay_core::{
 };
 use std::ops::ControlFlow;
 
-/// Free fall: exact steps, so that all errors are those of the events.
+/// Free fall: exact steps, so that all errors are those of the events. Steps below the rounding of t
+/// are refused, as those of a method are.
 fn fall(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
+    let end = state.t + h;
+    if end + h == end {
+        return Err(InputError::TimeStalled { t: end, h }.into());
+    }
     state.q[0] += h * (state.p[0] - 0.5 * h);
     state.p[0] -= h;
     Ok(Effort::default())
@@ -19,7 +24,12 @@ type Bounces = (Result<Effort, IntegrateError>, Vec<f64>, State<Vec<f64>>);
 
 /// A ball that falls from height ½ and bounces with a restitution.
 fn bounce(restitution: f64, end: f64) -> Bounces {
-    let mut state = State::new(vec![0.5], vec![0.0]).expect("finite");
+    bounce_from([0.5, 0.0], restitution, (0.3, (end / 0.3) as u64))
+}
+
+/// The same from another height and momentum, on a grid of `steps` steps h.
+fn bounce_from([q, p]: [f64; 2], restitution: f64, (h, steps): (f64, u64)) -> Bounces {
+    let mut state = State::new(vec![q], vec![p]).expect("finite");
     let height = |state: StateRef<'_, f64>| state.q[0];
     let events = [Event { function: &height, direction: Direction::Falling, is_wall: true }];
     let mut times = Vec::new();
@@ -30,7 +40,7 @@ fn bounce(restitution: f64, end: f64) -> Bounces {
         state.w[0] += lost;
         ControlFlow::Continue(())
     };
-    let grid = Grid::of(0.3, (end / 0.3) as u64).expect("a grid");
+    let grid = Grid::of(h, steps).expect("a grid");
     let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
     let outcome =
         integrate_with_events(&mut fall, grid, &mut state, (&events, &mut happen), &mut observe);
@@ -66,6 +76,31 @@ fn bounces_without_end_are_a_failure_with_a_name() {
     assert!(matches!(error.failure, StepFailure::EventsAccumulate { .. }), "{error}");
     // All bounces are over at t = 3.
     assert!(times.iter().all(|t| *t < 3.0 + 1e-9) && error.t < 3.0 + 1e-9, "{error}");
+}
+
+/// Also where all bounces are over at a time of the grid, or at a rounding beside it: the ball then
+/// never falls through the floor.
+#[test]
+fn a_ball_that_comes_to_rest_at_a_time_of_the_grid_stays_above_the_floor() {
+    for [q, p] in [[0.5, 0.0], [0.0, -0.5], [0.0, -1.0], [1.0, 1.0], [2.0, 0.0], [0.125, 0.0]] {
+        for restitution in [0.1, 0.25, 0.5, 0.75, 0.9] {
+            // It meets the floor with the speed v, and then flies for 2 v r, 2 v r² and so on.
+            let speed = f64::sqrt(p * p + 2.0 * q);
+            let rest = p + speed + 2.0 * speed * restitution / (1.0 - restitution);
+            for steps in 1..24_u32 {
+                for shift in [0.0, f64::EPSILON, -f64::EPSILON] {
+                    let h = rest / f64::from(steps) * (1.0 + shift);
+                    let (outcome, _, state) =
+                        bounce_from([q, p], restitution, (h, 2 * u64::from(steps)));
+                    let scene = format!("{q} {p} {restitution} {steps} {shift}: {state:?}");
+                    assert!(state.q[0] > -1e-9, "{scene}");
+                    let Err(IntegrateError::Run(error)) = outcome else { panic!("{scene}") };
+                    let failure = error.failure;
+                    assert!(matches!(failure, StepFailure::EventsAccumulate { .. }), "{scene}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 mod function;
 mod leg;
+mod rebound;
 
 pub use function::Function;
 pub use leg::advance;
@@ -36,8 +37,8 @@ pub enum Action {
     Record,
     /// The run ends.
     Stop,
-    /// The momentum of a degree of freedom, counted from 0, is reversed and multiplied by the
-    /// restitution. The energy lost is added to its reservoir, so that K is kept.
+    /// The velocity ∂H/∂p_j of a degree of freedom, counted from 0, is reversed and multiplied by
+    /// the restitution. The energy lost is added to its reservoir, so that K is kept.
     Bounce(usize, f64),
 }
 

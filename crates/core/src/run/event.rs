@@ -171,7 +171,8 @@ fn settle(
             *side = Side::of(is);
         } else if i == j {
             let scale = event.value(next).abs();
-            side.happen(was, scale, after != before);
+            // At a wall a motion that an event does not change is at rest, and not beyond it.
+            side.happen(was, scale, event.is_wall || after != before);
         }
     }
 }
@@ -183,30 +184,30 @@ struct Side {
     sign: f64,
     /// If it is at zero, the size of a value that is a rounding of zero.
     at_zero: Option<f64>,
-    /// Whether an event changed the state there.
-    changed: bool,
+    /// Whether an event changed the state there, or it is at a wall.
+    turned: bool,
 }
 
 impl Side {
     /// The side of a value.
     fn of(value: f64) -> Self {
         let (sign, at_zero) = if value == 0.0 { (0.0, Some(0.0)) } else { (value.signum(), None) };
-        Self { sign, at_zero, changed: false }
+        Self { sign, at_zero, turned: false }
     }
 
     /// Records an event at a zero with this value: the function is then beyond zero, or back on its
-    /// side if the event changed the state.
-    fn happen(&mut self, value: f64, scale: f64, changed: bool) {
+    /// side if the event `turned` it there.
+    fn happen(&mut self, value: f64, scale: f64, turned: bool) {
         let noise = NOISE_ROUNDINGS * value.abs().max(f64::EPSILON * scale);
-        let sign = if changed { self.sign } else { -self.sign };
-        *self = Self { sign, at_zero: Some(noise), changed };
+        let sign = if turned { self.sign } else { -self.sign };
+        *self = Self { sign, at_zero: Some(noise), turned };
     }
 
     /// Records the value at the end of a step without another event.
     fn leave(&mut self, value: f64) {
         match self.at_zero {
             // A rounding on the wrong side of zero is not yet a side.
-            Some(noise) if value * self.sign <= 0.0 && value.abs() <= noise => self.changed = false,
+            Some(noise) if value * self.sign <= 0.0 && value.abs() <= noise => self.turned = false,
             _ if value == 0.0 => {}
             _ => *self = Self::of(value),
         }
@@ -262,10 +263,12 @@ fn first_event(
         if let Some(failure) = failure {
             return Err(failure);
         }
-        // At a pole the value found is no smaller than those at the ends of the step.
+        // At a pole the value found is no smaller than those at the ends of the step. A wall has
+        // none: there all three may be roundings.
         let [least, most] = [before.abs().min(after.abs()), before.abs().max(after.abs())];
         let value = event.value(&there).abs();
-        if 2.0 * value >= least && value > NOISE_ROUNDINGS * f64::EPSILON * most {
+        let is_pole = 2.0 * value >= least && value > NOISE_ROUNDINGS * f64::EPSILON * most;
+        if is_pole && !event.is_wall {
             continue;
         }
         let share = from + share * (1.0 - from);
@@ -304,9 +307,12 @@ fn approach(event: &Event<'_>, side: Side, now: f64, after: f64, within: Within<
     let mut left = left.filter(|(_, value)| value * sign > 0.0);
     match left.next() {
         Some((share, value)) => Approach::After(share, value),
-        None if side.changed => Approach::AtOnce,
-        // Of a wall for both directions the start does not tell which side is beyond it.
-        None if side.sign == 0.0 && event.is_wall && direction != Direction::Both => Approach::Now,
+        None if side.turned => Approach::AtOnce,
+        // No wall lets its function pass. Of one for both directions the start does not tell which
+        // side is beyond it.
+        None if event.is_wall && (side.sign != 0.0 || direction != Direction::Both) => {
+            Approach::Now
+        }
         None => Approach::None,
     }
 }

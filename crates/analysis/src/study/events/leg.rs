@@ -1,6 +1,7 @@
 //! The next leg of a run with events.
 
 use super::function::Value;
+use super::rebound::rebound;
 use super::{Action, EventPlan, EventRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
@@ -119,7 +120,7 @@ impl Events<'_> {
             }
             Action::Bounce(j, restitution) => {
                 let before = self.system.energy(q, p);
-                p[j] *= -restitution;
+                rebound(self.system, q, p, j, restitution);
                 w[j] += before - self.system.energy(q, p);
                 ControlFlow::Continue(())
             }

@@ -25,7 +25,7 @@ pub struct EventTable {
     /// The action taken.
     #[serde(default)]
     pub action: ActionName,
-    /// The factor of the momentum after a bounce, from 0 to 1 [default: 1]. The energy lost goes to
+    /// The factor of the velocity after a bounce, from 0 to 1 [default: 1]. The energy lost goes to
     /// the reservoir.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
@@ -40,7 +40,7 @@ pub enum ActionName {
     Record,
     /// It is recorded, and the run ends.
     Stop,
-    /// It is recorded, and the momentum of the coordinate that `of` names is reversed, as at a
-    /// wall.
+    /// It is recorded, and the velocity of the coordinate that `of` names is reversed by a change of
+    /// its momentum, as at a wall.
     Bounce,
 }
