@@ -185,10 +185,18 @@ pub(crate) fn sci(number: f64) -> String {
     if number.is_nan() { "not known".into() } else { format!("{number:.1e}") }
 }
 
-/// A number for a sentence, with the given number of decimals.
+/// A number for a sentence, with the given number of decimals; with two significant digits if these
+/// decimals do not tell it from zero, or if it is too large for them.
 pub(crate) fn fixed(number: f64, decimals: usize) -> String {
-    if number.is_nan() { "not known".into() } else { format!("{number:.decimals$}") }
+    let is_small = number != 0.0 && number.abs() < 0.5 * 0.1_f64.powi(decimals as i32);
+    if number.is_nan() || is_small || number.abs() >= LARGEST_FIXED {
+        return sci(number);
+    }
+    format!("{number:.decimals$}")
 }
+
+/// The numbers from which on decimals are left out.
+const LARGEST_FIXED: f64 = 1e9;
 
 /// Items joined for a sentence: "a, b and c".
 pub(crate) fn list(items: impl IntoIterator<Item = String>) -> String {

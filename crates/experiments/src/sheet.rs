@@ -1,7 +1,7 @@
 //! A section of a report under construction.
 
 use crate::chart::{Axis, Curve, Drawing, LineChart, Style};
-use crate::claim::{Finding, Readings, Said, sci};
+use crate::claim::{Finding, Readings, Said, fixed, sci};
 use crate::journal::JournalError;
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::{Block, Figure, Section, Table, Verdict};
@@ -265,7 +265,7 @@ pub(crate) fn measured(error: Option<Measured>) -> String {
 
 /// The cell of a number with three decimals; empty if there is none.
 pub(crate) fn decimal(value: Option<f64>) -> String {
-    value.map_or(String::new(), |value| format!("{value:.3}"))
+    value.map_or(String::new(), |value| fixed(value, 3))
 }
 
 /// The cell of a number with two significant digits; empty if there is none.

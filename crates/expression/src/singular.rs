@@ -19,14 +19,18 @@ impl Graph {
     }
 
     /// The parts of the node that depend on coordinates alone and can be singular: it is singular
-    /// where one of them is. Singularities whose place depends on momenta are not among them.
+    /// where one of them is. Singularities whose place depends on momenta or velocities are not among
+    /// them.
     pub fn singular_parts(&mut self, of: Node) -> Vec<Node> {
         let one = self.number(1.0);
+        let is_placed = |graph: &Self, x: Node| {
+            !graph.depends(x, Kinds::MOMENTA) && !graph.depends(x, Kinds::VELOCITIES)
+        };
         let mut parts = Vec::new();
         for node in self.doubtful(of) {
             let part = match self.term(node) {
-                Term::Quotient(_, b) if !self.depends(b, Kinds::MOMENTA) => self.quotient(one, b),
-                Term::Of(_, a) if !self.depends(a, Kinds::MOMENTA) => node,
+                Term::Quotient(_, b) if is_placed(self, b) => self.quotient(one, b),
+                Term::Of(_, a) if is_placed(self, a) => node,
                 _ => continue,
             };
             parts.push(part);

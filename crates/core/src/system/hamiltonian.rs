@@ -109,14 +109,14 @@ pub trait System<T: Scalar>: Send + Sync {
         h
     }
 
-    /// Whether H may be singular where (q, p) is finite. Only then are steps examined by
+    /// Whether H or D may be singular where (q, p) is finite. Only then are steps examined by
     /// [`System::is_singular_between`].
     #[inline(always)]
     fn may_be_singular(&self) -> bool {
         false
     }
 
-    /// Whether H or the force of a drive is singular somewhere on the straight line between two
+    /// Whether H, D or the force of a drive is singular somewhere on the straight line between two
     /// points of the coordinates.
     ///
     /// A method that keeps K can step across a pole and keep K there. The time loops refuse a step

@@ -1,4 +1,4 @@
-//! No method steps across a singularity of V, given as an expression or as `Formulas`.
+//! No method steps across a singularity of V or D, given as an expression, or of V as `Formulas`.
 
 use crate::bind::by_force;
 use crate::k_on_expressions::{bind, custom};
@@ -75,6 +75,24 @@ fn no_method_steps_across_a_singularity() {
         let found = formulas_do_not_cross(n);
         println!("{n}: {found:?} of formulas");
         assert!(found[2] > 2 && found[..2] == [0, 0], "{found:?}");
+    }
+}
+
+/// The exact motion creeps towards the pole of D: with u = p - c/q and V = q²/2, u' = -q, so that p
+/// would have to grow beyond all bounds.
+#[test]
+fn no_method_steps_across_a_singularity_of_the_dissipation() {
+    for (n, dissipation) in [(1, "c*v1/q1^2"), (2, "c*p/(q1 - q2)^2")] {
+        let potential = if n == 1 { "q1^2/2" } else { "(q1 - q2)^2/2" };
+        let written = custom(potential, dissipation, n, 0.02);
+        let found = no_step_crosses(|row| bind(row, &written), n, &*written.separable());
+        println!("{n}: {found:?}");
+        assert!(found[0] > 20, "{found:?}");
+    }
+    // Where a denominator stays above zero, or depends on the velocity, nothing is refused.
+    for dissipation in ["c*v1/(1 + q1^2)", "c*v1/sqrt(q1^2 + v1^2 + 1)", "c*v1*(2 + cos(q1))"] {
+        let written = custom("q1^2/2", dissipation, 1, 0.02);
+        assert!(!System::<f64>::may_be_singular(&*written.separable()), "{dissipation}");
     }
 }
 

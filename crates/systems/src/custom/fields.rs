@@ -52,6 +52,25 @@ impl<T: Scalar> Custom<T> {
         })
     }
 
+    /// Whether D has no value somewhere on a line, of which a share gives an enclosure of each
+    /// coordinate.
+    #[cold]
+    fn is_dissipation_singular(
+        &self,
+        coordinate: impl Fn(usize, Interval, usize) -> Interval,
+    ) -> bool {
+        self.shape.singular_dissipations.iter().any(|part| {
+            let frame = self.frame(part);
+            (0..T::LANES).any(|lane| {
+                let input = |input, share| match input {
+                    Input::Coordinate(i) => coordinate(i as usize, share, lane),
+                    _ => Interval::WHOLE,
+                };
+                part.program.is_singular([0.0, 1.0], &|k| enclosed(frame[k], lane), &input)
+            })
+        })
+    }
+
     #[inline(never)]
     fn run<const K: usize>(&self, part: &Part, q: &[T], p: &[T], end: T) -> [T; K] {
         part.program.results(self.frame(part), &Point { end, ..Point::new(q, p, &[]) })
@@ -179,15 +198,19 @@ impl<T: Scalar> System<T> for Custom<T> {
 
     #[cold]
     fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
+        let on_line = |i: usize, share, lane| {
+            let [from, to] = [from, to].map(|q| enclosed(q[i], lane));
+            between(from, to, share)
+        };
+        if self.is_dissipation_singular(on_line) {
+            return true;
+        }
         let Potential::Programs { value, .. } = &self.shape.potential else { return false };
         let frame = self.frame(value);
         (0..T::LANES).any(|lane| {
             value.program.is_singular([0.0, 1.0], &|k| enclosed(frame[k], lane), &|input, share| {
                 match input {
-                    Input::Coordinate(i) => {
-                        let [from, to] = [from, to].map(|q| enclosed(q[i as usize], lane));
-                        between(from, to, share)
-                    }
+                    Input::Coordinate(i) => on_line(i as usize, share, lane),
                     _ => Interval::WHOLE,
                 }
             })
@@ -235,12 +258,20 @@ impl<T: Scalar> Separable<T> for Custom<T> {
 
     #[inline(always)]
     fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
-        match &self.shape.potential {
+        if !self.shape.may_be_singular {
+            return false;
+        }
+        let of_potential = match &self.shape.potential {
             Potential::Programs { singular, .. } => {
                 singular[j].as_ref().is_some_and(|part| self.is_singular(part, q, j, to))
             }
             Potential::Ridges { .. } => false,
-        }
+        };
+        of_potential
+            || self.is_dissipation_singular(|i, share, lane| {
+                let from = enclosed(q[i], lane);
+                if i == j { between(from, enclosed(to, lane), share) } else { from }
+            })
     }
 
     #[inline(always)]

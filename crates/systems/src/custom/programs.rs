@@ -109,6 +109,17 @@ impl Builder {
         Ok(part)
     }
 
+    /// The parts of some nodes that can be singular and depend on coordinates alone.
+    pub(super) fn singular(&mut self, nodes: &[Node]) -> Result<Vec<Part>, CustomError> {
+        let mut parts: Vec<Node> = Vec::new();
+        for &node in nodes {
+            parts.extend(self.graph.singular_parts(node));
+        }
+        parts.sort_unstable();
+        parts.dedup();
+        parts.into_iter().map(|part| self.one(&[part])).collect()
+    }
+
     /// The programs of many results, which give each with its index.
     pub(super) fn many(&mut self, results: &[Node]) -> Result<Vec<Part>, CustomError> {
         let numbered: Vec<_> = (0..).zip(results.iter().copied()).collect();

@@ -66,8 +66,10 @@ pub(super) struct Shape {
     /// The frames of all programs and the numbers of all polynomials.
     pub(super) frames: Vec<Node>,
     pub(super) potential: Potential,
-    /// Whether V may be singular, by its form.
+    /// Whether V or D may be singular, by their form.
     pub(super) may_be_singular: bool,
+    /// The parts of D that can be singular and depend on coordinates alone.
+    pub(super) singular_dissipations: Vec<Part>,
     pub(super) dissipation_kernel: DissipationKernel,
     /// D_j as functions of (q, p, v), empty if D = 0.
     pub(super) dissipations: Vec<Node>,
@@ -117,6 +119,7 @@ impl Shape {
         let fields = std::iter::once(potential).chain(dissipations.iter().copied()).collect();
         let potential = builder.potential(potential, &slopes)?;
         let curvature = builder.many(&second.nodes)?;
+        let singular_dissipations = builder.singular(&dissipations)?;
 
         let Builder { graph, frames, .. } = builder;
         let evaluated = frames.iter().chain(&masses).chain(dissipation_kernel.constants()).copied();
@@ -131,8 +134,9 @@ impl Shape {
             masses,
             closed,
             frames,
-            may_be_singular: potential.may_be_singular(),
+            may_be_singular: potential.may_be_singular() || !singular_dissipations.is_empty(),
             potential,
+            singular_dissipations,
             dissipation_kernel,
             dissipations,
             matrix,

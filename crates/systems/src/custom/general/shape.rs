@@ -57,7 +57,7 @@ pub(super) struct Shape {
     pub(super) coupled_dissipation: bool,
     /// All second derivatives are constant.
     pub(super) linear: bool,
-    /// The parts of H that can be singular and depend on coordinates alone.
+    /// The parts of H and of D that can be singular and depend on coordinates alone.
     pub(super) singular: Vec<Part>,
 }
 
@@ -78,11 +78,11 @@ impl Shape {
         let coupled_dissipation = couples_velocities(&builder.graph, &dissipations);
         let kinks = builder.graph.kinks(&fields.concat());
         let linear = kinks.is_empty() && second.nodes.iter().all(|&x| builder.graph.closed(x));
-        let singular = builder.graph.singular_parts(hamiltonian);
 
         let kinks = builder.many(&kinks)?;
-        let singular =
-            singular.into_iter().map(|part| builder.one(&[part])).collect::<Result<_, _>>()?;
+        let fields: Vec<Node> =
+            std::iter::once(hamiltonian).chain(dissipations.iter().copied()).collect();
+        let singular = builder.singular(&fields)?;
         let parts = builder.parts(hamiltonian, dof);
         let planes = (0..dof)
             .map(|j| builder.plane(j, parts[j], [hq[j], hp[j]], dissipations.get(j).copied()))
@@ -94,8 +94,6 @@ impl Shape {
         let curvature = builder.many(&second.nodes)?;
 
         let Builder { graph, frames, .. } = builder;
-        let fields: Vec<Node> =
-            std::iter::once(hamiltonian).chain(dissipations.iter().copied()).collect();
         let evaluated = frames.iter().copied().chain(matrix.iter().flatten().map(|x| x.2));
         let closed = closed(&graph, evaluated.collect(), &fields, &places);
         Ok(Self {
