@@ -75,6 +75,104 @@ fn an_overdamped_oscillator_has_two_exponents() {
     }
 }
 
+fn custom(potential: &str, dissipation: &str, q: &[f64], p: &[f64]) -> String {
+    let friction = match dissipation {
+        "" => String::new(),
+        force => format!("dissipation = \"{force}\"\n"),
+    };
+    format!(
+        "[system]\nname = \"custom\"\npotential = \"{potential}\"\n{friction}[initial]\nq = {q:?}\n\
+         p = {p:?}\n[time]\nend = 1.0\nstep = 0.1\n"
+    )
+}
+
+fn settled(potential: &str, dissipation: &str, q: f64, [transient, time]: [f64; 2]) -> Lyapunov {
+    let scene = Scene::read(&custom(potential, dissipation, &[q], &[0.0]));
+    let problem = scene.unwrap_or_else(|error| panic!("{error}")).problem;
+    Lyapunov { problem, transient, time, rows: 4 }
+}
+
+/// A motion that has settled at q = 1 has no momentum left. Its exponents are those of the matrices
+/// all the same: λ of the equations for the reference and the exact flow, and ln|R(hλ)|/h with R
+/// the Taylor polynomial of degree 4 for rk4.
+#[test]
+fn an_oscillator_that_has_settled_elsewhere_than_at_0_has_its_exponents() {
+    let root = 5.0_f64.sqrt();
+    let of_equations = [(-3.0 + root) / 2.0, (-3.0 - root) / 2.0];
+    let of_rk4 = of_equations.map(|x| {
+        let x = 0.1 * x;
+        (1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0)))).ln() / 0.1
+    });
+    for (well, start) in [(1.0, 0.0), (1.0, 1.0 + 1e-10), (1000.0, 999.0)] {
+        let potential = format!("(q1 - {well:?})^2/2");
+        let study = settled(&potential, "3*v1", start, [200.0, 100.0]);
+        for (row, exact) in
+            [(&REFERENCE, of_equations), (row("linear-exact"), of_equations), (row("rk4"), of_rk4)]
+        {
+            let found = study.run(row, 0.1, &Silent).unwrap();
+            let (exponents, sum, log_det, _) = last(&found);
+            for (found, exact) in exponents.iter().zip(exact) {
+                assert!((found - exact).abs() < 1e-9, "{}: {found:?}, not {exact:?}", row.name);
+            }
+            let whole = exact[0] + exact[1];
+            assert!((sum - whole).abs() < 1e-9, "{}: {sum:?}, not {whole:?}", row.name);
+            assert!((log_det - whole).abs() < 1e-9, "{}: {log_det:?}", row.name);
+        }
+    }
+}
+
+/// A pendulum that has turned once before it settles at 2π, a stiff well whose momenta are far
+/// larger than its coordinates, and a slow one far away.
+#[test]
+fn a_settled_motion_has_the_exponents_of_its_rest() {
+    for (potential, force, start, times, h, exact, most) in [
+        // The vectors turn round: the rate over part of a turn differs by a bounded amount over t.
+        ("9.81*(1 - cos(q1))", "0.5*v1", 7.0, [200.0, 400.0], 0.05, [-0.25, -0.5], 3e-3),
+        ("(q1 - 1000)^2/2", "0.05*v1", 999.0, [2000.0, 1000.0], 0.1, [-0.025, -0.05], 1e-4),
+        // A Jordan block: the largest exponent is -1000 + ln(c t)/t.
+        ("1e6*(q1 - 1)^2/2", "2000*v1", 0.0, [0.2, 1.0], 1e-4, [-1000.0, -2000.0], 5.0),
+    ] {
+        let study = settled(potential, force, start, times);
+        let (exponents, sum, ..) = last(&study.run(&REFERENCE, h, &Silent).unwrap());
+        let off = (exponents[0] - exact[0]).abs();
+        assert!(off < most, "{potential}: {exponents:?}");
+        assert!((sum / exact[1] - 1.0).abs() < 1e-8, "{potential}: {sum:?}");
+    }
+}
+
+/// Neighbours on Kepler's orbits, and near the bottom of Hénon and Heiles's potential, separate
+/// like t, so that their exponent over a finite time is above 0 by more than its standard error. At
+/// the energy 1/6, and for a driven pendulum, they separate exponentially.
+#[test]
+fn growth_like_a_power_of_t_is_no_chaos() {
+    let kepler = "-1/sqrt(q1^2 + q2^2)";
+    let henon = "(q1^2 + q2^2)/2 + q1^2*q2 - q2^3/3";
+    let drive = "[drive]\nforce = [\"1.15*cos(2*t/3)\"]\n";
+    for (potential, force, start, drive, time, chaos) in [
+        (kepler, "", ([1.0, 0.0], [0.0, 1.0]), "", 100.0, false),
+        (kepler, "", ([1.0, 0.0], [0.0, 1.0]), "", 1000.0, false),
+        (kepler, "", ([1.0, 0.0], [0.0, 0.8]), "", 1000.0, false),
+        (henon, "", ([0.05, 0.0], [0.0, 0.1]), "", 2000.0, false),
+        (henon, "", ([0.0, -0.15], [0.5356, 0.1]), "", 1000.0, true),
+        ("-cos(q1)", "0.5*v1", ([0.5, f64::NAN], [0.0, f64::NAN]), drive, 1000.0, true),
+    ] {
+        let (q, p) = start;
+        let n = if q[1].is_nan() { 1 } else { 2 };
+        let text = format!(
+            "{}{drive}[study.lyapunov]\nmethods = [\"rk4\"]\ntransient = 100.0\ntime = {time:?}\n\
+             reference = false\n",
+            custom(potential, force, &q[..n], &p[..n])
+        );
+        let scene = Scene::read(&text).unwrap_or_else(|error| panic!("{error}"));
+        let (_, findings) = experiment::study(&scene, &Silent).unwrap();
+        let said = &findings[0].statement;
+        assert_eq!(said.contains("(chaos)"), chaos, "{potential}, t = {time}: {said}");
+        let honest = said.contains("(0 within the error)")
+            || said.contains("(undecided: displacements grow like t^");
+        assert_eq!(honest, !chaos, "{potential}, t = {time}: {said}");
+    }
+}
+
 /// The vectors of an oscillation turn round, so that their rates have the mean -b/2 over half turns
 /// and differ from it by a bounded amount divided by t otherwise.
 #[test]

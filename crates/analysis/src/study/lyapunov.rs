@@ -20,6 +20,11 @@
 //! s/√n, with s the standard deviation of n rates. It counts intervals as independent. This holds
 //! in chaos if an interval is much longer than the time in which correlations decay. In periodic
 //! and quasiperiodic motion the error falls as 1/t, and the standard error overestimates it.
+//!
+//! It does not cover growth like a power of t. Neighbours on orbits of different periods, as those
+//! of planets, separate like t, and a finite time gives ln(c t)/t in place of 0. Their distance
+//! grows by 2^k from t/2 to t, whatever t is, where it grows like t^k, and by exp(λt/2) in chaos.
+//! [`Spectrum::power`] is this k.
 
 mod growth;
 
@@ -107,6 +112,11 @@ pub struct Spectrum {
     /// the motion grows like displacements at a rate λ, and nearly 0 where it stays bounded. None
     /// with one row, and where the motion rests.
     pub growth: Option<f64>,
+    /// The power of t with which displacements grow from the first to the second part of the time
+    /// t, ln(b/a)/ln(t/t'), with a and b the largest sizes of the displacement of the largest
+    /// exponent at the rows up to t', in the middle, and after it. It is k where displacements grow
+    /// like t^k, and λt/(2 ln 2) where they grow at a rate λ. None with one row.
+    pub power: Option<f64>,
     /// The outcome of the run.
     pub ending: Ending,
 }
@@ -142,7 +152,7 @@ impl Dynamics for Lyapunov {
 
     fn join(&self, row: &'static Row, h: f64, pieces: Vec<Spectrum>) -> Spectrum {
         let ending = Ending::interrupted();
-        let none = Spectrum { row, h, rows: Vec::new(), growth: None, ending };
+        let none = Spectrum { row, h, rows: Vec::new(), growth: None, power: None, ending };
         pieces.into_iter().next().unwrap_or(none)
     }
 }
@@ -188,7 +198,8 @@ impl Lyapunov {
             found.push(of_intervals(&[none], row.name, h));
         }
         found.iter_mut().for_each(|row| row.outcome = ending.outcome);
-        Ok(Spectrum { row, h, rows: found, growth: of_motion(&intervals, h), ending })
+        let (growth, power) = (of_motion(&intervals, h), of_displacements(&intervals));
+        Ok(Spectrum { row, h, rows: found, growth, power, ending })
     }
 
     /// The number of steps in a time.
@@ -244,6 +255,24 @@ fn of_motion(intervals: &[Growth], h: f64) -> Option<f64> {
     let steps: u64 = intervals[half..].iter().map(|growth| growth.steps).sum();
     let rate = (reach(second) / reach(first)).ln() / (h * steps as f64);
     rate.is_finite().then_some(rate)
+}
+
+/// The power of t with which displacements grow: [`Spectrum::power`].
+fn of_displacements(intervals: &[Growth]) -> Option<f64> {
+    let (half, size) = (intervals.len() / 2, intervals.first()?.logs.len());
+    let sizes = |i: usize| {
+        intervals.iter().scan(0.0, move |sum, growth| {
+            *sum += growth.logs[i];
+            Some(*sum)
+        })
+    };
+    let end = |i: &usize| sizes(*i).last().unwrap_or(f64::NEG_INFINITY);
+    let largest = (0..size).max_by(|i, j| end(i).total_cmp(&end(j)))?;
+    let first = sizes(largest).take(half).fold(f64::NEG_INFINITY, f64::max);
+    let second = sizes(largest).skip(half).fold(f64::NEG_INFINITY, f64::max);
+    let steps = |part: &[Growth]| part.iter().map(|growth| growth.steps).sum::<u64>() as f64;
+    let power = (second - first) / (steps(intervals) / steps(&intervals[..half])).ln();
+    power.is_finite().then_some(power)
 }
 
 /// A run under way.
@@ -373,6 +402,25 @@ mod tests {
         for no_rate in [&[][..], &[1.0], &[0.0, 0.0], &[0.0, 1.0]] {
             assert_eq!(reaching(no_rate), None, "{no_rate:?}");
         }
+    }
+
+    #[test]
+    fn the_power_of_t_is_that_between_the_parts_of_the_time() {
+        let power = |n: i32, log_size: &dyn Fn(f64) -> f64| {
+            // The largest exponent is the second one.
+            let interval = |k: i32| {
+                let log = log_size(f64::from(k + 1)) - log_size(f64::from(k));
+                Growth { logs: vec![-1.0, log], ..TEN }
+            };
+            of_displacements(&(0..n).map(interval).collect::<Vec<_>>())
+        };
+        for (n, k) in [(2, 1.0), (3, 1.0), (50, 1.0), (50, 2.5), (51, 4.0)] {
+            let found = power(n, &|t| k * (t + 1e-12).ln()).unwrap();
+            assert!((found - k).abs() < 1e-9, "{n} intervals: {found}, not {k}");
+        }
+        let exponential = power(40, &|t| 0.5 * t).unwrap();
+        assert!((exponential - 10.0 / 2.0_f64.ln()).abs() < 1e-12, "{exponential}");
+        assert_eq!([power(0, &|t| t), power(1, &|t| t)], [None, None]);
     }
 
     #[test]

@@ -7,10 +7,17 @@
 //! A driven system has q and p of its own degrees of freedom in z. Its motors stand at the time of
 //! the step in all of these runs.
 //!
-//! Every step is taken in 106 bits. The displacement d_j is 2⁻⁵² of the size of z_j, so that the
-//! difference has a truncation error of about 2⁻⁵² and a rounding error of about 2⁻¹⁰⁶ 2⁵²: both
-//! are roundings of `f64`. The derivative is that of the method itself, of its nonlinear solver and
-//! its quadratures too, and needs no second derivative of H. It costs 2N + 1 steps.
+//! Every step is taken in 106 bits. The displacement d_j is 2⁻⁵² of the size of q or of p in this
+//! step, so that the difference has a truncation error of about 2⁻⁵² and a rounding error of about
+//! 2⁻¹⁰⁶ 2⁵²: both are roundings of `f64`. The derivative is that of the method itself, of its
+//! nonlinear solver and its quadratures too, and needs no second derivative of H. It costs 2N + 1
+//! steps.
+//!
+//! A motion that has settled at q ≠ 0 has next to no momenta, and what a displacement of their size
+//! does to q is lost in the rounding of q. A displacement of p_j that moves q_j by less than 2⁻⁶⁴
+//! of the size of q is thus enlarged until it moves q_j by 2⁻⁵⁸ of it: a state in `f64` knows q no
+//! better. The step is then taken once more. Near rest, a displacement of p begins at 2⁻⁵² of the
+//! impulse of the force in a step from a q displaced by its size.
 //!
 //! Each step begins in a fresh workspace. A method with relaxation, whose steps depend on those
 //! before through the lag of its time, is thus taken without its lag, which is of the order of its
@@ -25,6 +32,18 @@ use faer::Mat;
 
 /// 2⁻⁵², the displacement relative to the size of what is displaced.
 const DISPLACEMENT: f64 = f64::EPSILON;
+/// 2⁻³³², the least size: that of a motion that decays for ever would underflow.
+const LEAST: f64 = f64::from_bits((1023 - 332) << 52);
+/// 2⁻²⁰, the size of p relative to that of an impulse, below which a motion is near rest.
+const NEAR_REST: f64 = 1.0 / (1 << 20) as f64;
+/// 2⁻¹², the least part of a displacement of q that one of p has to cause, and 2⁻⁶, the part to
+/// which it is enlarged.
+const SEEN: [f64; 2] = [1.0 / (1 << 12) as f64, 1.0 / (1 << 6) as f64];
+/// 2⁻⁴⁴, the part below which what is seen is rounding and no measure, and 2⁴⁰, the factor that
+/// then enlarges a displacement.
+const LOST: (f64, f64) = (1.0 / (1_u64 << 44) as f64, (1_u64 << 40) as f64);
+/// How often a displacement is enlarged.
+const TRIES: u32 = 4;
 
 /// A method bound to a system in 106 bits.
 pub struct Tangent {
@@ -65,32 +84,86 @@ impl Tangent {
         let mut end = state.clone();
         self.step(h, &mut end)?;
         let mut jacobian = Mat::zeros(2 * n, 2 * n);
-        let sizes = [&state.q, &state.p].map(|part| size(&part[..n]));
-        for j in 0..2 * n {
-            let mut moved = state.clone();
-            let part = if j < n { &mut moved.q } else { &mut moved.p };
-            let d = Quad::from_f64(DISPLACEMENT * sizes[j / n]);
-            part[j % n] += d;
-            self.step(h, &mut moved)?;
-            for (i, change) in difference(&moved, &end, n).enumerate() {
-                let value = (change / d).to_f64();
+        let [size_of_q, size_of_p] =
+            [[&state.q, &end.q], [&state.p, &end.p]].map(|ends| size(ends.map(|x| &x[..n])));
+        let column = |j: usize, d: f64| self.column((h, state, &end), j, Quad::from_f64(d));
+        let mut put = |j: usize, changes: &[f64]| {
+            for (i, &value) in changes.iter().enumerate() {
                 if !value.is_finite() {
                     let quantity = [Quantity::Coordinate, Quantity::Momentum][i / n];
                     let failure = StepFailure::NonFinite { quantity, dof: i % n, value };
-                    return Err(RunError { step: 1, t: state.t.to_f64(), failure }.into());
+                    return Err(RunError { step: 1, t: state.t.to_f64(), failure });
                 }
                 jacobian[(i, j)] = value;
             }
+            Ok(())
+        };
+        let displacement_of_q = DISPLACEMENT * size_of_q.unwrap_or(1.0);
+        let mut steepest = 0.0_f64;
+        for j in 0..n {
+            let changes = column(j, displacement_of_q)?;
+            steepest = changes[n..].iter().map(|x| x.abs()).fold(steepest, f64::max);
+            put(j, &changes)?;
+        }
+        let impulse = steepest * size_of_q.unwrap_or(1.0);
+        let of_p = match size_of_p {
+            Some(size) if size >= NEAR_REST * impulse => size,
+            // A finite impulse: all entries were found finite.
+            _ if impulse > 0.0 => impulse.max(LEAST),
+            Some(size) => size,
+            None => 1.0,
+        };
+        // The part of a displacement of q that a displacement of p causes.
+        let part = |changes: &[f64], j: usize, d: f64| match size_of_q {
+            Some(size) => (changes[j - n] * d / (DISPLACEMENT * size)).abs(),
+            None => f64::INFINITY,
+        };
+        for j in n..2 * n {
+            let mut d = DISPLACEMENT * of_p;
+            let first = column(j, d)?;
+            let mut seen = part(&first, j, d);
+            let mut larger = None;
+            for _ in 0..TRIES {
+                if seen >= SEEN[0] {
+                    break;
+                }
+                d *= if seen > LOST.0 { SEEN[1] / seen } else { LOST.1 };
+                let Ok(changes) = column(j, d) else { break };
+                seen = part(&changes, j, d);
+                larger = Some(changes);
+            }
+            // A momentum that does not move its coordinate keeps the displacement it had.
+            let changes = larger.filter(|_| seen >= SEEN[0]).unwrap_or(first);
+            put(j, &changes)?;
         }
         *state = end;
         Ok(jacobian)
     }
+
+    /// Column j of the Jacobian: the changes of the end of a step by a displacement d, over d.
+    ///
+    /// # Errors
+    /// The failure of the step.
+    fn column(
+        &self,
+        (h, state, end): (Quad, &State<Vec<Quad>>, &State<Vec<Quad>>),
+        j: usize,
+        d: Quad,
+    ) -> Result<Vec<f64>, IntegrateError> {
+        let n = self.dof;
+        let mut moved = state.clone();
+        let part = if j < n { &mut moved.q } else { &mut moved.p };
+        part[j % n] += d;
+        self.step(h, &mut moved)?;
+        Ok(difference(&moved, end, n).map(|change| (change / d).to_f64()).collect())
+    }
 }
 
-/// The largest magnitude, by which entries that are 0 are displaced too; 1 if all are 0.
-fn size(part: &[Quad]) -> f64 {
-    let most = part.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
-    if most > 0.0 { most } else { 1.0 }
+/// The largest magnitude at both ends of a step, by which entries that are 0 are displaced too, and
+/// at least [`LEAST`]; none if all are 0.
+fn size(ends: [&[Quad]; 2]) -> Option<f64> {
+    let most = ends.into_iter().flatten().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+    (most > 0.0).then(|| most.max(LEAST))
 }
 
 /// The difference of (q, p), without motors.
@@ -108,7 +181,9 @@ mod tests {
     use super::*;
     use crate::study::Problem;
     use afterbay_methods::registry::{FIXED, find};
-    use afterbay_systems::{DAMPED_OSCILLATOR, DUFFING};
+    use afterbay_systems::{
+        Custom, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText,
+    };
 
     fn jacobian(model: Model, method: &str, h: f64, [q, p]: [f64; 2]) -> Mat<f64> {
         let problem = Problem { model, q: vec![q], p: vec![p], end: 1.0 };
@@ -152,6 +227,43 @@ mod tests {
         let exact = [0, 1].map(|i| [0, 1].map(|j| exact[(i, j)]));
         let model = Model::of(&DAMPED_OSCILLATOR, &[k, b]);
         check(&jacobian(model, "rk4", h, [0.4, 1.7]), exact, 1e-15, "rk4");
+    }
+
+    /// A motion that has settled at q ≠ 0: the derivative of a step of a linear system is the same
+    /// at every state, also where p is far below the rounding of q, and where no unit is near 1.
+    #[test]
+    fn the_derivative_is_not_lost_beside_a_coordinate() {
+        let h = 0.1;
+        for (well, k, b) in [(1.0, 1.0, 3.0), (1e3, 1.0, 0.05), (-1e-9, 4.0, 0.0), (1e9, 1e-4, 0.0)]
+        {
+            let description = Description {
+                potential: format!("{k:?}*(q1 - ({well:?}))^2/2"),
+                dissipation: DissipationText::Forces(vec![format!("{b:?}*v1")]),
+                ..Description::default()
+            };
+            let system = Custom::new(&description).unwrap();
+            let system = Model::Custom(Described::Separable(system));
+            let (s, d) = (h * h * k / 4.0, h * b / 2.0);
+            let all = 1.0 + s + d;
+            let exact = [[(1.0 - s + d) / all, h / all], [-h * k / all, (1.0 - s - d) / all]];
+            for p in [0.0, 1e-300, 1e-40, 1e-20, 1e-12, 1.0] {
+                let model = system.clone();
+                let found = jacobian(model, "moddg", h, [well, p * well]);
+                check(&found, exact, 1e-11, &format!("well {well:e}, p {p:e}"));
+            }
+        }
+    }
+
+    /// A motion that decays for ever does not run out of digits.
+    #[test]
+    fn the_derivative_is_not_lost_near_the_least_number() {
+        let model = Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.5]);
+        let exact = jacobian(model.clone(), "rk4", 0.1, [1.0, 0.5]);
+        let exact = [0, 1].map(|i| [0, 1].map(|j| exact[(i, j)]));
+        for size in [1e-90, 1e-200, 1e-300, 1e-320, 0.0] {
+            let found = jacobian(model.clone(), "rk4", 0.1, [size, -0.3 * size]);
+            check(&found, exact, 1e-14, &format!("size {size:e}"));
+        }
     }
 
     /// Central differences of steps in `f64` agree within their own errors, for every method.

@@ -16,6 +16,11 @@ use afterbay_analysis::study::outcome::COMPLETED;
 const DATA: &str = "lyapunov";
 /// The standard errors beyond which two numbers differ.
 const DIFFERENT: f64 = 3.0;
+/// Growth that is not exponential is that of a power of t up to this one.
+const ALGEBRAIC: f64 = 4.0;
+/// The rounding of an exponent, relative to it. A motion at rest has the same rate in each
+/// interval, and a standard error of 0.
+const ROUNDING: f64 = 1e-11;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Lyapunov>) -> Boxed<'a> {
     let made = |plan: &DynamicsPlan<Lyapunov>, parts| sheet(scene, plan, plan.gather(parts));
@@ -51,9 +56,11 @@ fn prose(plan: &DynamicsPlan<Lyapunov>) -> String {
          over t = {} after {} that are not measured. Each has the standard error that its {} \
          intervals show. The sum of the exponents is that at which volumes grow, and the \
          divergence of the equations is its value as h → 0. A largest exponent above 0 by \
-         {DIFFERENT} standard errors counts as chaos if the motion stays bounded, and as unstable \
-         if it grows from the first to the second half of this time like small displacements, or \
-         rests.{}",
+         {DIFFERENT} standard errors counts if displacements grow more from the first to the \
+         second half of this time than t^{ALGEBRAIC} does: neighbours that separate like t show an \
+         exponent above 0 too, which only a longer time takes to 0. It counts as chaos if the \
+         motion stays bounded, and as unstable if it grows from the first to the second half like \
+         small displacements, or rests.{}",
         study.time,
         study.transient,
         study.rows,
@@ -72,6 +79,7 @@ fn readings(found: &[Spectrum]) -> Readings {
         readings.add(&label, "sum", done.and_then(|row| row.sum));
         readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
         readings.add(&label, "growth of the motion", done.and(spectrum.growth));
+        readings.add(&label, "power of t", done.and(spectrum.power));
     }
     readings
 }
@@ -115,7 +123,15 @@ fn what_is_seen(r: &Readings) -> Said {
         }
         let (largest, error) = (r.number(label, "largest"), r.number(label, "standard error"));
         let growth = r.number(label, "growth of the motion");
+        let power = r.number(label, "power of t");
+        // Neighbours on orbits of different periods separate like a power of t.
+        let slow = format!(
+            "undecided: displacements grow like t^{} from the first to the second half, run longer",
+            fixed(power, 1)
+        );
         let kind = match largest / error {
+            share if share > DIFFERENT && power <= ALGEBRAIC => &slow,
+            share if share > DIFFERENT && power.is_nan() => "undecided",
             // A motion that grows like its displacements, or that rests, is no chaos.
             share if share > DIFFERENT && growth <= 0.5 * largest => "chaos",
             share if share > DIFFERENT && growth.is_nan() => "unstable, at rest",
@@ -124,7 +140,8 @@ fn what_is_seen(r: &Readings) -> Said {
             share if share.is_nan() => "undecided",
             _ => "0 within the error",
         };
-        let apart = (largest - exact.0).abs() / error.hypot(exact.1);
+        let rounding = ROUNDING * largest.abs();
+        let apart = (largest - exact.0).abs() / error.hypot(exact.1).max(rounding);
         let beside = match label {
             EXACT => "",
             _ if apart > DIFFERENT => ", not that of the reference",
