@@ -58,12 +58,87 @@ fn motion_that_goes_on_to_change_is_unsettled() {
         let found = oscillator(k, b, 100).run(find("rk4").unwrap(), 0.2, &Silent).unwrap();
         assert!(found.attractors.len() <= 1, "{k}, {b}: {:?}", found.attractors);
         for (i, cell) in found.cells.iter().enumerate() {
-            // The rest itself is a state that repeats.
-            let outcome = if i == 24 { "completed" } else { "unsettled" };
+            // The rest itself is a state that repeats. It is no attractor where motion grows.
+            let outcome = match i {
+                24 if b < 0.0 => "unstable",
+                24 => "completed",
+                _ => "unsettled",
+            };
+            assert!(outcome != "unstable" || cell.attractor.is_none(), "{k}, {b}: {cell:?}");
             let creeps = k < 1.0 && cell.attractor == Some(0);
             assert!(cell.ending.outcome == outcome || creeps, "{k}, {b}, {i}: {cell:?}");
         }
     }
+}
+
+/// The interval of the section has nothing to do with a motion without a drive: a cycle is one
+/// attractor, and the same one for methods whose periods differ a little, even where the interval
+/// is nearly the period or three of them nearly twenty intervals.
+#[test]
+fn a_cycle_is_one_attractor_whatever_the_interval() {
+    for (mu, interval, h) in
+        [(1.0, 1.0, 0.1), (1.0, 0.5, 0.1), (1.0, 6.663287, 0.1), (2.0, 1.0, 0.05)]
+    {
+        let system = format!("name = \"van-der-pol\"\nparameters = {{ mu = {mu:?} }}");
+        let study = Basins {
+            problem: Scene::read(&text(&system)).unwrap_or_else(|error| panic!("{error}")).problem,
+            section: Section::Stroboscopic { interval: Some(interval) },
+            axes: [axis(Variable::Q, 4), axis(Variable::P, 4)],
+            longest: 1000,
+        };
+        let exact = study.run(&REFERENCE, h, &Silent).unwrap();
+        assert_eq!(exact.attractors.len(), 1, "{mu}, {interval}");
+        for method in ["rk4", "moddg", "increment-4"] {
+            let mut own = study.run(find(method).unwrap(), h, &Silent).unwrap();
+            own.renumber(&exact);
+            assert_eq!(own.attractors.len(), 1, "{method}, {mu}, {interval}");
+            for cell in own.cells.iter().chain(&exact.cells) {
+                assert_eq!(cell.attractor, Some(0), "{method}, {mu}, {interval}: {cell:?}");
+            }
+        }
+    }
+}
+
+/// A cycle round an unstable rest is the attractor, and the rest is none; nor is a hill top.
+#[test]
+fn an_equilibrium_that_does_not_attract_is_no_attractor() {
+    let custom = |potential: &str| {
+        format!("name = \"custom\"\npotential = \"{potential}\"\ndissipation = [\"0.2*v1\"]")
+    };
+    let duffing = "name = \"duffing\"\nparameters = { alpha = -1.0, beta = 1.0, c = 0.2 }";
+    let van_der_pol = "name = \"van-der-pol\"\nparameters = { mu = 1.0 }";
+    for (system, attractors, outcome) in [
+        (custom("1 - cos(pi*q1/2)"), 1, "completed"),
+        (custom("-q1^2/2"), 0, "not-finite"),
+        (duffing.to_owned(), 2, "completed"),
+        (van_der_pol.to_owned(), 1, "completed"),
+    ] {
+        let study = Basins {
+            problem: Scene::read(&text(&system)).unwrap_or_else(|error| panic!("{error}")).problem,
+            section: Section::Stroboscopic { interval: Some(1.0) },
+            axes: [axis(Variable::Q, 9), axis(Variable::P, 9)],
+            longest: 1000,
+        };
+        let found = study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap();
+        assert_eq!(found.attractors.len(), attractors, "{system}: {:?}", found.attractors);
+        assert_eq!(found.has_boundary(9), attractors > 1, "{system}");
+        // Hill tops of the cosine are at the ends of the grid.
+        let tops = if system.contains("cos") { [36, 44] } else { [40; 2] };
+        for (i, cell) in found.cells.iter().enumerate() {
+            let top = tops.contains(&i);
+            assert_eq!(cell.ending.outcome, if top { "unstable" } else { outcome }, "{system} {i}");
+            let reaches = !top && attractors > 0;
+            assert_eq!(cell.attractor.is_some(), reaches, "{system} {i}: {cell:?}");
+        }
+    }
+    let study = "[study.basins]\nmethods = [\"rk4\"]\n[study.basins.grid]\n\
+                 q1 = { from = -2, to = 2, count = 9 }\np1 = { from = -2, to = 2, count = 9 }\n";
+    let scene = Scene::read(&format!("{}{study}", text(&custom("-q1^2/2")))).unwrap();
+    let (_, findings) = experiment::study(&scene, &Silent).unwrap();
+    let said = &findings[0].statement;
+    let right = "reference: 0 attractors, 1 of 81 cells on an unstable equilibrium or cycle and \
+                 80 of 81 cells failed";
+    assert!(said.contains(right), "{said}");
 }
 
 /// Equal cells in rows, numbered by a rule of their column; no attractor is unsettled.

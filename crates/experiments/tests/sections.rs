@@ -11,6 +11,7 @@ use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::resonance::Resonance;
 use afterbay_analysis::study::section::{Crossing, Direction, Section};
 use afterbay_analysis::{Spacing, Variable};
+use afterbay_experiments::experiment;
 use afterbay_experiments::scene::Scene;
 use afterbay_methods::registry::{REFERENCE, find};
 
@@ -181,6 +182,44 @@ fn the_largest_deflection_of_van_der_pol_is_found_to_rounding() {
     assert!((1e-6..1e-2).contains(&off), "{off}");
 }
 
+/// Motion that grows all along has no attractor, so that no method can have that of the reference.
+#[test]
+fn motion_that_grows_has_no_attractor() {
+    let linear = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = -0.1 }\n\
+                  [drive]\nforce = [\"cos(2*t)\"]";
+    let mathieu = "name = \"custom\"\npotential = \"(1-2*b*cos(2*t))*q1^2/2\"\n\
+                   dissipation = [\"0.1*v1\"]\nparameters = { b = 0.3 }";
+    let said = |system: &str, study: &str| {
+        let text = format!(
+            "[system]\n{system}\n[initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 1.0\n\
+             step = 0.1\n{study}\nmethods = [\"rk4\", \"moddg\"]\ntransient = 200\npoints = 8\n"
+        );
+        let scene = Scene::read(&text).unwrap_or_else(|error| panic!("{error}"));
+        let (_, findings) = experiment::study(&scene, &Silent).unwrap();
+        findings[0].statement.clone()
+    };
+    for system in [linear, mathieu] {
+        let said = said(system, "[study.poincare]");
+        assert_eq!(said.matches("no attractor (growing)").count(), 3, "{said}");
+        assert!(!said.contains("reference,") && !said.contains("as the reference"), "{said}");
+    }
+    let values = |from: f64, to: f64| {
+        let parameter = format!("{{ name = \"b\", from = {from:?}, to = {to:?}, count = 5 }}");
+        format!("[study.bifurcation]\nparameter = {parameter}")
+    };
+    let all = said(linear, &values(-0.5, -0.1));
+    assert_eq!(all.matches("period growing throughout").count(), 0, "{all}");
+    assert_eq!(all.matches("5 runs grow and have no attractor").count(), 3, "{all}");
+    assert!(!all.contains("the attractor of the reference"), "{all}");
+    // Below the threshold of growth the rest attracts.
+    let some = said(mathieu, &values(0.0, 0.4));
+    assert!(
+        some.contains("the attractor of the reference at all 2 values where it has one"),
+        "{some}"
+    );
+    assert_eq!(some.matches("3 runs grow and have no attractor").count(), 3, "{some}");
+}
+
 #[test]
 fn a_section_that_is_never_met_is_named() {
     let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.1 }";
@@ -269,14 +308,18 @@ fn the_basins_of_a_double_well_are_those_of_its_stable_manifold() {
         longest: 1000,
     };
     let found = study.run(&REFERENCE, 0.05, &Silent).unwrap();
-    // The two wells, and the saddle between them for the one state that lies on it.
-    assert_eq!(found.attractors.len(), 3, "{:?}", found.attractors);
+    // The two wells. The one state that lies on the saddle between them reaches neither.
+    assert_eq!(found.attractors.len(), 2, "{:?}", found.attractors);
     // The stable manifold of the saddle, followed backwards in time, is the boundary: the well that
     // a state reaches is that of a fine run of another method.
     let run = study.problem.model.bind(find("increment-4").unwrap()).unwrap();
     let mut wrong = 0;
     for (i, cell) in found.cells.iter().enumerate() {
         let [q, p] = study.start(i);
+        if q[0].abs() + p[0].abs() < 1e-12 {
+            assert_eq!((cell.attractor, cell.ending.outcome), (None, "unstable"));
+            continue;
+        }
         let mut state = afterbay_core::State::new(q.clone(), p.clone()).unwrap();
         let grid = afterbay_core::Grid::<f64>::of(0.02, 5000).unwrap();
         let go_on =
@@ -286,7 +329,7 @@ fn the_basins_of_a_double_well_are_those_of_its_stable_manifold() {
         let of_well = found.attractors[attractor].attractor.clone();
         let points = vec![[state.q, state.p].concat(); 2];
         let reached = Attractor::of(points, &[None], 1.0);
-        if of_well.distance(&reached.unwrap()) > 0.1 && q[0].abs() + p[0].abs() > 1e-12 {
+        if of_well.distance(&reached.unwrap()) > 0.1 {
             wrong += 1;
         }
     }

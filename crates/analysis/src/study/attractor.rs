@@ -1,5 +1,6 @@
 //! The attractor that points of a section show: a cycle of some period, or a set without one.
 
+use super::outcome::Ending;
 use super::section::far;
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,8 @@ const AT_REST: f64 = 1e-8;
 const ALIKE: f64 = 0.05;
 /// The least number of returns after which a cycle must repeat.
 const REPEATS: usize = 2;
+/// The outcome of a run that grows all along, which shows no attractor.
+pub const GROWING: &str = "growing";
 /// The word for a motion that has no period because it still approaches a cycle.
 pub const SETTLING: &str = "still settling";
 /// The least number of points for each return of the cycle that a settling motion approaches.
@@ -23,8 +26,55 @@ const LONGEST_APPROACHED: usize = 8;
 /// the first. A choice: at most three of a thousand stretches of the logistic map's chaos show
 /// less.
 const LEFT: f64 = 0.2;
+/// The parts of a run whose sizes show that it grows.
+const PARTS: usize = 8;
+/// The least returns of each of these parts.
+const RETURNS_A_PART: u64 = 4;
+/// The least factor from the size of the second of these parts to that of the last. A choice: the
+/// states of a chaotic motion or of a slow beat are larger in the end by less, or do not rise from
+/// each part to the next.
+const GROWN: f64 = 3.0;
 /// The most points of each set that are compared.
 const MOST_COMPARED: usize = 400;
+
+/// The size of a run from return to return, which tells whether it grows all along. Points after a
+/// transient may be too few to tell.
+#[derive(Clone, Debug)]
+pub(crate) struct Growth {
+    /// The returns of the run.
+    last: u64,
+    /// The largest |q_j| or |p_j| in each part.
+    sizes: [f64; PARTS],
+}
+
+impl Growth {
+    /// Of a run of so many returns.
+    pub(crate) fn new(last: u64) -> Self {
+        Self { last, sizes: [0.0; PARTS] }
+    }
+
+    /// Adds the state (q, p) of return n, counted from 1.
+    pub(crate) fn see(&mut self, n: u64, [q, p]: &[Vec<f64>; 2]) {
+        if (1..=self.last).contains(&n) {
+            let part = ((n - 1) as f64 / self.last as f64 * PARTS as f64) as usize;
+            self.sizes[part] = self.sizes[part].max(max_norm(q)).max(max_norm(p));
+        }
+    }
+
+    /// Whether the run grows: after the first part, its size rises from each part to the next, and
+    /// to three times or more in all. A short run does not tell.
+    pub(crate) fn is_seen(&self) -> bool {
+        let rises = self.sizes[1..].windows(2).all(|pair| pair[1] > pair[0]);
+        let enough = self.last >= PARTS as u64 * RETURNS_A_PART;
+        enough && rises && self.sizes[PARTS - 1] > GROWN * self.sizes[1]
+    }
+
+    /// The outcome of the run: [`GROWING`] if it has reached its end and grows.
+    pub(crate) fn ending(&self, ending: Ending) -> Ending {
+        let grows = ending.is_completed() && self.is_seen();
+        if grows { Ending { outcome: GROWING, ..ending } } else { ending }
+    }
+}
 
 /// The kind of an attractor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -216,6 +266,35 @@ mod tests {
         assert!(!points(31, &decay).is_settling());
         assert!(!points(1000, &|_| 1.0).is_settling());
         assert_eq!(points(100, &decay).describe(), SETTLING);
+    }
+
+    #[test]
+    fn growth_is_told_from_motion_that_stays() {
+        let grows = |count: u32, x: &dyn Fn(f64) -> f64| {
+            let mut growth = Growth::new(u64::from(count));
+            (1..=count).for_each(|n| {
+                let x = x(f64::from(n));
+                growth.see(u64::from(n), &[vec![x], vec![-x]]);
+            });
+            growth.is_seen()
+        };
+        let wave = |n: f64| (2.0 * n).cos();
+        assert!(grows(208, &|n| 1e-9 * (0.01 * n).exp() * wave(n)) && grows(32, &|n| n));
+        assert!(grows(1000, &|n| 1.0 + 0.02 * n));
+        // A slow beat of a motion that stays.
+        assert!(!grows(208, &|n| (2.0 - (n / 80.0).cos()) * wave(n)));
+        // Motion that stays, decays, has come up to a cycle, or is too short.
+        assert!(!grows(208, &wave) && !grows(208, &|n| (-0.01 * n).exp() * wave(n)));
+        assert!(!grows(208, &|n| 1.0 - (-0.05 * n).exp()) && !grows(31, &|n| n));
+        let growing = (1..1000).filter(|&seed| {
+            let (mut x, mut growth) = (f64::from(seed) / 1000.0, Growth::new(208));
+            (1..=208).for_each(|n| {
+                x = 3.9 * x * (1.0 - x);
+                growth.see(n, &[vec![x], vec![x]]);
+            });
+            growth.is_seen()
+        });
+        assert_eq!(growing.count(), 0);
     }
 
     #[test]

@@ -4,12 +4,16 @@
 //! the section, or, if none repeats, the boxes that a long run visits. The other runs are compared
 //! with the attractors found so far, and the first one that reaches none of them is followed until
 //! it shows a new one (in the spirit of Datseris and Wagemakers 2022, with runs side by side).
+//! Without a drive the boxes are those of its whole path, since the interval of the section has
+//! nothing to do with the motion. A rest or a cycle from which small displacements grow is no
+//! attractor: the run lies on a boundary.
 
 mod known;
+mod repels;
 
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
-use super::outcome::Ending;
+use super::outcome::{COMPLETED, Ending};
 use super::section::{Section, point};
 use super::stability::MapError;
 use super::{Problem, numbered};
@@ -21,7 +25,7 @@ use crate::words::by_name;
 use afterbay_core::{InputError, StateRef};
 use afterbay_methods::registry::Row;
 pub use known::Known;
-use known::{Found, Nearby, same};
+use known::{Found, Nearby, Path, Shown, same};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -77,7 +81,7 @@ pub struct BasinRow {
     pub attractor: usize,
     /// Returns until the attractor was known.
     pub periods: u64,
-    /// The outcome of the run: `completed`, `unsettled`, or its failure.
+    /// The outcome of the run: `completed`, `unsettled`, `unstable`, or its failure.
     pub outcome: &'static str,
 }
 
@@ -91,6 +95,8 @@ pub fn columns(model: &Model) -> Vec<String> {
 
 /// The outcome of a run that reaches no attractor in time.
 pub const UNSETTLED: &str = "unsettled";
+/// The outcome of a run that comes to an equilibrium or a cycle that does not attract.
+pub const UNSTABLE: &str = "unstable";
 
 /// The map of a method and a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -188,27 +194,69 @@ impl Basins {
         cells: &mut [Option<Cell>],
     ) -> Result<(), InputError> {
         let open: Vec<usize> = group.iter().copied().filter(|&i| cells[i].is_none()).collect();
-        let watch = |&i: &usize| {
-            Ok((self.member(i)?, Found::new(Nearby::new(self, attractors, self.longest))))
+        let nearby = Nearby::new(self, attractors, self.longest);
+        let ended = if self.is_autonomous() {
+            self.look::<true>(ensemble, &open, &nearby)?
+        } else {
+            self.look::<false>(ensemble, &open, &nearby)?
         };
-        let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
-        let ended = ensemble.follow(members)?.into_iter();
-        let ended: Vec<_> = ended.map(|(watch, ending)| (watch.ended(), ending)).collect();
-        for (&i, ((reached, periods, found), mut ending)) in open.iter().zip(ended) {
-            let found = found.filter(|_| ending.is_completed());
-            let new = |found: Known| {
-                same(self, attractors, &found).or_else(|| {
-                    let room = attractors.len() < MOST_ATTRACTORS;
-                    room.then(|| attractors.push(found)).map(|()| attractors.len() - 1)
-                })
-            };
-            let attractor = reached.or_else(|| found.and_then(new));
-            if attractor.is_none() && ending.is_completed() {
+        for (&i, ((reached, periods, shown), mut ending)) in open.iter().zip(ended) {
+            let mut attractor = reached;
+            if ending.is_completed() && reached.is_none() {
+                let found = match shown {
+                    Some(Shown::Known(known)) => Some(known),
+                    Some(Shown::Motion { from, extent }) => self.path(ensemble, &from, extent)?,
+                    None => None,
+                };
                 ending.outcome = UNSETTLED;
+                if let Some(found) = found {
+                    attractor = same(self, attractors, &found);
+                    if attractor.is_none() && self.repels(ensemble, found.cycle())? {
+                        ending.outcome = UNSTABLE;
+                    } else if attractor.is_none() && attractors.len() < MOST_ATTRACTORS {
+                        attractors.push(found);
+                        attractor = Some(attractors.len() - 1);
+                    }
+                }
+                if attractor.is_some() {
+                    ending.outcome = COMPLETED;
+                }
             }
             cells[i] = Some(Cell { attractor, periods, ending });
         }
         Ok(())
+    }
+
+    /// Follows runs until each reaches a known attractor or has settled.
+    fn look<const STEPS: bool>(
+        &self,
+        ensemble: &Ensemble<'_>,
+        open: &[usize],
+        nearby: &Nearby<'_>,
+    ) -> Result<Vec<(Ended, Ending)>, InputError> {
+        let watch = |&i: &usize| Ok((self.member(i)?, Found::<STEPS>::new(nearby.clone())));
+        let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
+        let ended = ensemble.follow(members)?.into_iter();
+        Ok(ended.map(|(watch, ending)| (watch.ended(), ending)).collect())
+    }
+
+    /// The attractor of a motion without a drive that has settled: its path from a state on it.
+    fn path(
+        &self,
+        ensemble: &Ensemble<'_>,
+        from: &[f64],
+        extent: f64,
+    ) -> Result<Option<Known>, InputError> {
+        let path = Path::new(Nearby::new(self, &[], self.longest), extent);
+        let ended = ensemble.follow(vec![(self.member_at(from)?, path)])?.pop();
+        Ok(ended.filter(|ended| ended.1.is_completed()).and_then(|(path, _)| path.known()))
+    }
+
+    /// Whether the equations do not depend on the time, so that the section has no part in the
+    /// motion.
+    pub fn is_autonomous(&self) -> bool {
+        let model = &self.problem.model;
+        model.motors().count() == 0 && !model.has_clock()
     }
 
     /// The cells whose runs look for attractors first: some that are spread over the grid.
@@ -233,7 +281,13 @@ impl Basins {
     }
 
     fn member(&self, i: usize) -> Result<Member, InputError> {
-        let [q, p] = self.start(i);
+        self.member_at(&self.start(i).concat())
+    }
+
+    /// A run from a state (q, p) on the section.
+    fn member_at(&self, at: &[f64]) -> Result<Member, InputError> {
+        let (q, p) = at.split_at(self.problem.q.len());
+        let (q, p) = (q.to_vec(), p.to_vec());
         let problem = Problem { q, p, ..self.problem.clone() };
         let start = problem.start()?;
         Ok(Member { value: 0.0, model: problem.model, start })
@@ -333,8 +387,8 @@ impl BasinMap {
     /// The uncertainty exponent α of the boundary (Grebogi and others 1983): the share of cells
     /// with a cell of another attractor beside them at a distance ε grows like ε^α, and the
     /// dimension of the boundary is 2 - α. A run that fails counts as one that leaves for an
-    /// attractor of its own; cells that are unsettled, and those beside them, are left out. None
-    /// if the shares do not grow, as with too few cells.
+    /// attractor of its own; cells that are unsettled or unstable, and those beside them, are left
+    /// out. None if the shares do not grow, as with too few cells.
     pub fn uncertainty(&self, width: usize) -> Option<f64> {
         let points: Vec<(f64, f64)> = [1, 2, 4, 8]
             .into_iter()
@@ -353,7 +407,7 @@ impl BasinMap {
 
     /// The share of cells with a cell of another attractor so many cells beside them.
     fn uncertain(&self, width: usize, apart: usize) -> f64 {
-        let settled = |i: usize| self.cells[i].ending.outcome != UNSETTLED;
+        let settled = |i: usize| ![UNSETTLED, UNSTABLE].contains(&self.cells[i].ending.outcome);
         let beside = |i: usize| [i - apart, i + apart];
         let inner = |i: &usize| (apart..width.saturating_sub(apart)).contains(&(i % width));
         let known = |i: &usize| settled(*i) && beside(*i).into_iter().all(settled);
@@ -364,10 +418,35 @@ impl BasinMap {
     }
 }
 
-impl Watch for Found<'_> {
+/// The known attractor that a run has reached, its returns, and what it shows.
+type Ended = (Option<usize>, u64, Option<Shown>);
+
+impl<const STEPS: bool> Watch for Found<'_, STEPS> {
     fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
         self.add(n, point(self.periods(), self.dof(), state).concat())
     }
+
+    fn step(&mut self, state: StateRef<'_, f64>) {
+        if STEPS {
+            let at = point(self.periods(), self.dof(), state).concat();
+            self.pass(&at);
+        }
+    }
+
+    const WANTS_STEPS: bool = STEPS;
+}
+
+impl Watch for Path<'_> {
+    fn see(&mut self, n: u64, _: StateRef<'_, f64>) -> ControlFlow<()> {
+        Self::goes_on(n)
+    }
+
+    fn step(&mut self, state: StateRef<'_, f64>) {
+        let at = point(self.periods(), self.dof(), state).concat();
+        self.pass(at);
+    }
+
+    const WANTS_STEPS: bool = true;
 }
 
 impl Watch for Nearby<'_> {

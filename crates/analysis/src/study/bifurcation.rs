@@ -1,5 +1,6 @@
 //! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
 
+use super::attractor::{GROWING, Growth};
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::outcome::Ending;
@@ -67,7 +68,7 @@ pub struct BifurcationRow {
     pub q: Vec<Option<f64>>,
     /// Momenta.
     pub p: Vec<Option<f64>>,
-    /// The outcome of the run.
+    /// The outcome of the run: `completed`, `growing`, or its failure.
     pub outcome: &'static str,
 }
 
@@ -89,8 +90,20 @@ pub struct Column {
     pub way: Way,
     /// The points (q, p).
     pub points: Vec<[Vec<f64>; 2]>,
-    /// The outcome of the run.
+    /// The outcome of the run. One that grows all along is `growing`.
     pub ending: Ending,
+}
+
+impl Column {
+    /// Whether the run has failed. One that grows has not.
+    pub fn failed(&self) -> bool {
+        !self.ending.is_completed() && !self.grows()
+    }
+
+    /// Whether the run grows all along, and shows no attractor.
+    pub fn grows(&self) -> bool {
+        self.ending.outcome == GROWING
+    }
 }
 
 /// The diagram of a method and a step.
@@ -108,8 +121,7 @@ impl Diagram {
     /// The rows of the table.
     pub fn rows(&self, parameter: &str, dof: usize) -> impl Iterator<Item = BifurcationRow> {
         self.columns.iter().flat_map(move |column| {
-            let ending =
-                (!column.ending.is_completed()).then(|| [vec![None; dof], vec![None; dof]]);
+            let ending = column.failed().then(|| [vec![None; dof], vec![None; dof]]);
             let some = |[q, p]: &[Vec<f64>; 2]| {
                 [q, p].map(|part| part.iter().copied().map(Some).collect::<Vec<_>>())
             };
@@ -166,12 +178,13 @@ impl Bifurcation {
         let ended = self.ensemble(row, h, progress).follow(members)?;
         let column = |((trace, ending), &value): ((Trace, Ending), &f64)| {
             let h = self.section.grid(&self.model(value)?, h)?.h;
+            let ending = trace.growth.ending(ending);
             Ok(Column { value, h, way: Way::Afresh, points: trace.points, ending })
         };
         ended.into_iter().zip(values).map(column).collect()
     }
 
-    /// One value after another. Where a run fails, the next begins at the initial state.
+    /// One value after another. Where a run fails or grows, the next begins at the initial state.
     fn followed(
         &self,
         row: &'static Row,
@@ -194,7 +207,7 @@ impl Bifurcation {
             let Some((trace, ending)) = ensemble.follow(vec![(member, trace)])?.pop() else {
                 break;
             };
-            let fresh = self.problem.start()?;
+            let (fresh, ending) = (self.problem.start()?, trace.growth.ending(ending));
             start = match (trace.state, ending.is_completed()) {
                 (Some(state), true) => State { w: fresh.w, t: fresh.t, ..state },
                 _ => fresh,
@@ -223,7 +236,8 @@ impl Bifurcation {
         let Self { problem, transient, points, follow, .. } = self;
         let (dof, last) = (problem.model.degrees(), transient + points);
         let (transient, follow) = (*transient, *follow);
-        Trace { transient, last, follow, periods, dof, points: Vec::new(), state: None }
+        let (growth, points) = (Growth::new(last), Vec::new());
+        Trace { transient, last, follow, periods, dof, growth, points, state: None }
     }
 }
 
@@ -275,6 +289,7 @@ struct Trace {
     follow: bool,
     periods: Vec<Option<f64>>,
     dof: usize,
+    growth: Growth,
     points: Vec<[Vec<f64>; 2]>,
     /// The last state.
     state: Option<State<Vec<f64>>>,
@@ -282,8 +297,10 @@ struct Trace {
 
 impl Watch for Trace {
     fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+        let at = point(&self.periods, self.dof, state);
+        self.growth.see(n, &at);
         if n > self.transient {
-            self.points.push(point(&self.periods, self.dof, state));
+            self.points.push(at);
         }
         if n < self.last {
             return ControlFlow::Continue(());

@@ -1,5 +1,6 @@
 //! Poincaré sections: the states of runs at every return to a section, after a transient.
 
+use super::attractor::Growth;
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::outcome::Ending;
@@ -64,7 +65,7 @@ pub struct Portrait {
     pub h: f64,
     /// The points of each start, one start after another.
     pub rows: Vec<PoincareRow>,
-    /// The outcome of the run from each start.
+    /// The outcome of the run from each start. One that grows all along is `growing`.
     pub endings: Vec<Ending>,
 }
 
@@ -128,11 +129,15 @@ impl Dynamics for Poincare {
             };
             let dof = model.degrees();
             let (last, rows) = (transient + points, Vec::new());
-            Ok((member, Trace { transient: *transient, last, periods: &periods, dof, blank, rows }))
+            let (transient, periods, growth) = (*transient, &periods, Growth::new(last));
+            Ok((member, Trace { transient, last, periods, dof, growth, blank, rows }))
         });
         let members = members.collect::<Result<Vec<_>, InputError>>()?;
         let ensemble = Ensemble { row, parameter: "", section, h: h_near, progress };
-        let (traces, endings): (Vec<_>, Vec<_>) = ensemble.follow(members)?.into_iter().unzip();
+        let (traces, endings): (Vec<Trace<'_>>, Vec<Ending>) =
+            ensemble.follow(members)?.into_iter().unzip();
+        let grown = traces.iter().zip(endings).map(|(trace, ending)| trace.growth.ending(ending));
+        let endings = grown.collect();
         let rows = traces.into_iter().flat_map(|trace| trace.rows).collect();
         Ok((h, rows, endings))
     }
@@ -154,14 +159,17 @@ struct Trace<'a> {
     last: u64,
     periods: &'a [Option<f64>],
     dof: usize,
+    growth: Growth,
     blank: PoincareRow,
     rows: Vec<PoincareRow>,
 }
 
 impl Watch for Trace<'_> {
     fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+        let at = point(self.periods, self.dof, state);
+        self.growth.see(n, &at);
         if n > self.transient {
-            let [q, p] = point(self.periods, self.dof, state);
+            let [q, p] = at;
             self.rows.push(PoincareRow { t: state.t, q, p, ..self.blank.clone() });
         }
         if n >= self.last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

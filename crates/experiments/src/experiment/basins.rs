@@ -9,7 +9,7 @@ use crate::record::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, decimal};
 use afterbay_analysis::Model;
-use afterbay_analysis::study::basins::{self, BasinMap, Basins, UNSETTLED};
+use afterbay_analysis::study::basins::{self, BasinMap, Basins, UNSETTLED, UNSTABLE};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
 
@@ -36,7 +36,8 @@ fn sheet(
     let rows: Vec<_> = found.iter().flat_map(|map| study.rows(map)).collect();
     sheet.wide_data(DATA, &basins::columns(model), &rows)?;
     sheet.runs.extend(found.iter().map(|map| {
-        let failed = map.cells.iter().find(|cell| cell.ending.outcome != COMPLETED);
+        let failed =
+            map.cells.iter().find(|cell| ![COMPLETED, UNSTABLE].contains(&cell.ending.outcome));
         let ending = failed.map_or(Ending::completed(), |cell| cell.ending.clone());
         RunOutcome::of(&ending, "basins", model.name(), map.row.name, map.h)
     }));
@@ -58,11 +59,14 @@ fn prose(plan: &DynamicsPlan<Basins>, model: &Model) -> String {
     format!(
         "Runs from {width} × {height} initial states, observed {}. A run has reached an attractor \
          when its states repeat, when they stay near an attractor that another run has shown, or \
-         when they fill a region of the same extent all along. One that still moves towards \
-         something, or away, is unsettled. The boundary between basins has the dimension 2 - α, \
+         when they fill a region of the same extent all along{}. One that still moves towards \
+         something, or away, is unsettled. One that comes to an equilibrium or a cycle from which \
+         small displacements grow lies on a boundary, and reaches no attractor. The boundary between basins has the dimension 2 - α, \
          where the share of cells with a cell of another attractor at a distance ε grows like ε^α; \
-         runs that fail count as one basin there, and unsettled cells are left out.{}",
+         runs that fail count as one basin there, and unsettled cells and those on a boundary are \
+         left out.{}",
         plan.study.section.describe(model),
+        if plan.study.is_autonomous() { ", with the whole of their path" } else { "" },
         of_reference(plan.reference),
     )
 }
@@ -77,7 +81,8 @@ fn readings(study: &Basins, found: &[BasinMap]) -> Readings {
             |which: fn(&basins::Cell) -> bool| map.cells.iter().filter(|cell| which(cell)).count();
         readings.add(&label, "cells", map.cells.len());
         readings.add(&label, "unsettled", count(|cell| cell.ending.outcome == UNSETTLED));
-        let failed = count(|cell| ![COMPLETED, UNSETTLED].contains(&cell.ending.outcome));
+        readings.add(&label, UNSTABLE, count(|cell| cell.ending.outcome == UNSTABLE));
+        let failed = count(|cell| ![COMPLETED, UNSETTLED, UNSTABLE].contains(&cell.ending.outcome));
         readings.add(&label, "failed", failed);
         let reached = map.shares().iter().filter(|share| **share > 0.0).count();
         readings.add(&label, "attractors", reached);
@@ -162,7 +167,9 @@ fn what_is_seen(r: &Readings) -> Said {
                 alpha => format!("α = {}", fixed(alpha, 2)),
             });
         }
-        for (what, word) in [("unsettled", "unsettled"), ("failed", "failed")] {
+        let lasting = "on an unstable equilibrium or cycle";
+        for (what, word) in [("unsettled", "unsettled"), (UNSTABLE, lasting), ("failed", "failed")]
+        {
             if number(what) > 0.0 {
                 said.push(format!("{} of {} cells {word}", number(what), number("cells")));
             }

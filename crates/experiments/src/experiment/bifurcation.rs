@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, States, label, of_reference, show_states};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, note};
+use crate::claim::{Readings, Said, list, note};
 use crate::findings::all_zero;
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -11,7 +11,7 @@ use crate::sheet::{ReportError, Sheet, spaced};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
 use afterbay_analysis::study::Problem;
-use afterbay_analysis::study::attractor::{Attractor, Kind, max_norm};
+use afterbay_analysis::study::attractor::{Attractor, GROWING, Kind, max_norm};
 use afterbay_analysis::study::bifurcation::{self, Bifurcation, Column, Diagram};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::Ending;
@@ -69,7 +69,8 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
     format!(
         "States {}, {} of each run after {} that are not shown, for {} values of {}. {begin} Two \
          attractors count as the same if both have one period and lie within 5 % of their size, or \
-         if neither has a period and their extents agree.{}",
+         if neither has a period and their extents agree. A run whose size rises all along, to \
+         three times or more, grows, and shows no attractor.{}",
         study.section.describe(model),
         study.points,
         study.transient,
@@ -85,9 +86,11 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
     let mut readings = Readings::default();
     for diagram in found {
         let (label, own) = (label(diagram.row, diagram.h), kinds(study, diagram));
-        let failed = diagram.columns.iter().filter(|column| !column.ending.is_completed());
+        let count =
+            |which: fn(&Column) -> bool| diagram.columns.iter().filter(|x| which(x)).count();
         readings.add(&label, "values", diagram.columns.len());
-        readings.add(&label, "failed runs", failed.count());
+        readings.add(&label, "failed runs", count(Column::failed));
+        readings.add(&label, "growing runs", count(Column::grows));
         readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
         if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
             let pairs = || own.iter().zip(exact);
@@ -100,6 +103,8 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
                 readings.add(&label, "compared", known);
                 readings.add(&label, "as the reference", alike);
             }
+            let others = pairs().filter(|(own, exact)| own.is_some() && exact.is_none()).count();
+            readings.add(&label, "others", others);
             let first = pairs().position(|pair| pair.1.is_some() && !same(pair));
             let first = first.and_then(|i| diagram.columns.get(i)).map(|column| column.value);
             readings.add(&label, "first other value", first);
@@ -131,21 +136,22 @@ fn kinds(study: &Bifurcation, diagram: &Diagram) -> Vec<Option<Attractor>> {
 /// The values at which the period changes, in words.
 fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> String {
     let kind = |i: usize| kinds[i].as_ref().map(|found| (found.kind, found.is_settling()));
-    let word = |kind: Option<(Kind, bool)>| match kind {
+    let word = |i: usize| match kind(i) {
         Some((Kind::Period(period), _)) => period.to_string(),
         Some((Kind::Aperiodic, true)) => "none yet".into(),
         Some((Kind::Aperiodic, false)) => "none".into(),
+        None if diagram.columns[i].grows() => GROWING.into(),
         None => "failed".into(),
     };
     let all: Vec<String> = (1..kinds.len())
-        .filter(|&i| kind(i) != kind(i - 1) && diagram.columns[i].way == diagram.columns[i - 1].way)
+        .filter(|&i| word(i) != word(i - 1) && diagram.columns[i].way == diagram.columns[i - 1].way)
         .map(|i| {
             let value = diagram.columns[i].value;
-            format!("{} to {} at {parameter} = {value:.4}", word(kind(i - 1)), word(kind(i)))
+            format!("{} to {} at {parameter} = {value:.4}", word(i - 1), word(i))
         })
         .collect();
     match all.len() {
-        0 => format!("{} throughout", word(kinds.first().and_then(|_| kind(0)))),
+        0 => format!("{} throughout", kinds.first().map_or("failed".into(), |_| word(0))),
         count if count > MOST_NAMED => {
             format!("{}, and {} more changes", all[..MOST_NAMED].join(", "), count - MOST_NAMED)
         }
@@ -155,21 +161,40 @@ fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> S
 
 fn what_is_seen(r: &Readings) -> Said {
     let one = |label: &str| {
-        let failed = r.number(label, "failed runs");
+        let number = |what: &str| r.number(label, what);
         let alike = r.number(label, "as the reference");
         let beside = if alike.is_nan() {
-            format!("period {}", r.word(label, "changes"))
-        } else if alike == r.number(label, "compared") {
-            format!("the attractor of the reference at all {alike} values")
+            match r.word(label, "changes") {
+                changes if changes.starts_with(GROWING) => changes.to_owned(),
+                changes => format!("period {changes}"),
+            }
         } else {
-            let all = r.number(label, "compared");
-            let first = r.number(label, "first other value");
-            format!(
-                "the attractor of the reference at {alike} of {all} values, another first at \
-                 {first:.4}"
-            )
+            let all = number("compared");
+            // The reference may have none at the other values.
+            let known = if all < number("values") { " where it has one" } else { "" };
+            let at = if alike == all { "all".into() } else { format!("{alike} of") };
+            let first = number("first other value");
+            let other = if alike == all {
+                String::new()
+            } else {
+                format!(", another, or none, first at {first:.4}")
+            };
+            format!("the attractor of the reference at {at} {all} values{known}{other}")
         };
-        let end = if failed == 0.0 { String::new() } else { format!(" ({failed} runs fail)") };
+        let mut end = Vec::new();
+        if number("others") > 0.0 {
+            end.push(format!("one at {} where the reference has none", number("others")));
+        }
+        if number("growing runs") > 0.0 {
+            end.push(match number("growing runs") {
+                1.0 => "1 run grows and has no attractor".into(),
+                count => format!("{count} runs grow and have no attractor"),
+            });
+        }
+        if number("failed runs") > 0.0 {
+            end.push(format!("{} runs fail", number("failed runs")));
+        }
+        let end = if end.is_empty() { String::new() } else { format!(" ({})", list(end)) };
         format!("{label}: {beside}{end}")
     };
     (note(all_zero(r, "failed runs")), r.each("values", one))

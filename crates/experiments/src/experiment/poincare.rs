@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, SETTLING, max_norm};
+use afterbay_analysis::study::attractor::{Attractor, GROWING, SETTLING, max_norm};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
 use afterbay_analysis::study::poincare::{self, Poincare, Portrait};
@@ -62,8 +62,9 @@ fn prose(plan: &DynamicsPlan<Poincare>, model: &Model) -> String {
         count => format!("from each of {count} initial states"),
     };
     format!(
-        "The states of runs {starts}, {}: {} of each run after {} that are not shown. Steps divide \
-         the interval between two states of a stroboscopic section.{}",
+        "The states of runs {starts}, {}: {} of each run after {} that are not shown. A run whose \
+         size rises all along, to three times or more, grows, and shows no attractor. Steps \
+         divide the interval between two states of a stroboscopic section.{}",
         study.section.describe(model),
         study.points,
         study.transient,
@@ -79,7 +80,7 @@ fn readings(study: &Poincare, found: &[Portrait]) -> Readings {
         let label = label(portrait.row, portrait.h);
         let broken = portrait.endings.iter().find(|ending| !ending.is_completed());
         readings.add(&label, "run", broken.map_or(COMPLETED, |ending| ending.outcome));
-        readings.add(&label, "attractors", kinds(own));
+        readings.add(&label, "attractors", kinds(own, &portrait.endings));
         if let Some(exact) = exact.filter(|_| portrait.row.name != EXACT) {
             compare(&mut readings, &label, own, &attractors[exact]);
         }
@@ -141,11 +142,13 @@ fn attractors(study: &Poincare, portrait: &Portrait) -> Vec<Option<Attractor>> {
     (0..portrait.endings.len()).map(of_start).collect()
 }
 
-/// The kinds of all attractors, each once.
-fn kinds(attractors: &[Option<Attractor>]) -> String {
+/// The kinds of all attractors, each once. A run that grows has none, and is told from one that
+/// fails.
+fn kinds(attractors: &[Option<Attractor>], endings: &[Ending]) -> String {
     let mut found: Vec<String> = Vec::new();
-    for attractor in attractors {
-        let kind = attractor.as_ref().map_or("none".into(), Attractor::describe);
+    for (attractor, ending) in attractors.iter().zip(endings) {
+        let none = if ending.outcome == GROWING { "no attractor" } else { "none" };
+        let kind = attractor.as_ref().map_or(none.into(), Attractor::describe);
         if !found.contains(&kind) {
             found.push(kind);
         }

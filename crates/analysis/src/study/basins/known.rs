@@ -1,8 +1,8 @@
 //! Attractors as they are found and recognized.
 
 use super::Basins;
-use crate::study::attractor::Attractor;
-use crate::study::section::far;
+use crate::study::attractor::{Attractor, Kind};
+use crate::study::section::{far, nearest};
 use serde::{Deserialize, Serialize};
 use std::collections::{HashSet, VecDeque};
 use std::ops::ControlFlow;
@@ -27,8 +27,15 @@ const TO_GO: f64 = 0.1;
 const CHANGE: f64 = 0.05;
 /// The least move of the mean between these halves that shows it, as a share of their range.
 const MOVE: f64 = 0.5;
-/// The side of the boxes of an attractor without a period, relative to the grid.
+/// The side of the boxes of an attractor without a period, relative to the grid; relative to its
+/// own extent where its path fills them.
 const BOX: f64 = 0.02;
+/// The least pieces of a path in a box that it passes from side to side.
+const PIECES: f64 = 4.0;
+/// The most pieces of a step.
+const MOST_PIECES: f64 = 256.0;
+/// The most boxes that a path fills.
+const MOST_BOXES: usize = 20_000;
 /// Returns that fill these boxes.
 const FILLING: u64 = 4000;
 /// The returns of which a share must lie in the boxes.
@@ -44,6 +51,8 @@ pub struct Known {
     cycle: Vec<Vec<f64>>,
     /// The boxes of an attractor without a period.
     boxes: HashSet<Vec<i64>>,
+    /// The side of the boxes.
+    side: f64,
     /// The extent of the grid.
     scale: f64,
 }
@@ -52,6 +61,29 @@ impl Known {
     /// The largest distance of attractors of two methods that count as one, relative to their size.
     /// A coarse choice: at large steps a method shifts an attractor by its phase, too.
     pub(super) const ALIKE: f64 = 0.5;
+
+    /// A cycle, from one turn of it.
+    fn of_cycle(nearby: &Nearby<'_>, cycle: Vec<Vec<f64>>) -> Option<Self> {
+        // Two turns of a cycle show its period.
+        let points = [&cycle[..], &cycle[..]].concat();
+        let attractor = Attractor::of(points, &nearby.periods, nearby.scale)?;
+        let (boxes, scale) = (HashSet::new(), nearby.scale);
+        Some(Self { attractor, cycle, boxes, side: BOX * scale, scale })
+    }
+
+    /// An attractor without a period, from points that fill it.
+    fn of_points(nearby: &Nearby<'_>, points: Vec<Vec<f64>>) -> Option<Self> {
+        let scale = nearby.scale;
+        let side = BOX * scale;
+        let boxes = points.iter().map(|point| boxed(point, side)).collect();
+        let attractor = Attractor::of(points, &nearby.periods, scale)?;
+        Some(Self { attractor, cycle: Vec::new(), boxes, side, scale })
+    }
+
+    /// The points of a cycle; empty without a period.
+    pub(super) fn cycle(&self) -> &[Vec<f64>] {
+        &self.cycle
+    }
 
     /// The distance from another attractor, relative to the size of this one, or to the distance
     /// at which runs reach it if that is larger; infinite if they are of different kinds.
@@ -78,6 +110,7 @@ impl Known {
 }
 
 /// Compares a run with the attractors that are known.
+#[derive(Clone)]
 pub(super) struct Nearby<'a> {
     pub(super) periods: Vec<Option<f64>>,
     pub(super) dof: usize,
@@ -126,7 +159,7 @@ impl<'a> Nearby<'a> {
             let mut settled = !known.cycle.is_empty() && self.near[k] > known.cycle.len() + MORE;
             if known.cycle.is_empty() {
                 let inside = &mut self.inside[k];
-                inside.push_back(known.boxes.contains(&boxed(at, self.scale)));
+                inside.push_back(known.boxes.contains(&boxed(at, known.side)));
                 if inside.len() > LAST {
                     inside.pop_front();
                     let count = inside.iter().filter(|inside| **inside).count();
@@ -139,6 +172,11 @@ impl<'a> Nearby<'a> {
             }
         }
         if n >= self.longest { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// The extent of the grid.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// The largest difference of two points.
@@ -161,26 +199,45 @@ pub(super) fn same(basins: &Basins, known: &[Known], new: &Known) -> Option<usiz
 }
 
 /// The box that a point lies in.
-fn boxed(point: &[f64], scale: f64) -> Vec<i64> {
-    point.iter().map(|x| (x / (BOX * scale)).floor() as i64).collect()
+fn boxed(point: &[f64], side: f64) -> Vec<i64> {
+    point.iter().map(|x| (x / side).floor() as i64).collect()
+}
+
+/// What a run has shown that has settled.
+pub(super) enum Shown {
+    /// An attractor.
+    Known(Known),
+    /// A motion that does not rest, by a state on it and its extent. Its [`Path`] is the attractor.
+    Motion { from: Vec<f64>, extent: f64 },
 }
 
 /// Follows a run until it repeats, or fills the boxes of an attractor without a period.
-pub(super) struct Found<'a> {
+///
+/// Without a drive (`STEPS`) the phase of a motion is arbitrary, and states that an interval of
+/// time picks out show the interval as much as the motion: a cycle of its length looks like a rest,
+/// one of nearly its length like a motion that creeps. Then all steps are looked at. A run repeats
+/// only where it rests, and other motions have their path as their attractor.
+pub(super) struct Found<'a, const STEPS: bool> {
     nearby: Nearby<'a>,
     /// The last states.
     last: VecDeque<Vec<f64>>,
     /// The returns in a row that repeat the state k returns before, for each k from 1.
     repeats: Vec<usize>,
     period: Option<usize>,
-    /// The states after the longest transient.
+    /// Whether a step since the last return led away from its state.
+    moved: bool,
+    /// The states after the longest transient; with `STEPS` their number alone counts.
     filling: Vec<Vec<f64>>,
+    /// Of the states of each half of that time, or of its steps.
+    halves: [Vec<Distribution>; 2],
 }
 
-impl<'a> Found<'a> {
+impl<'a, const STEPS: bool> Found<'a, STEPS> {
     pub(super) fn new(nearby: Nearby<'a>) -> Self {
-        let repeats = vec![0; LONGEST_CYCLE];
-        Self { nearby, last: VecDeque::new(), repeats, period: None, filling: Vec::new() }
+        let (repeats, filling) = (vec![0; LONGEST_CYCLE], Vec::new());
+        let halves = [Vec::new(), Vec::new()];
+        let (last, period, moved) = (VecDeque::new(), None, false);
+        Self { nearby, last, repeats, period, moved, filling, halves }
     }
 
     pub(super) fn periods(&self) -> &[Option<f64>] {
@@ -191,6 +248,22 @@ impl<'a> Found<'a> {
         self.nearby.dof
     }
 
+    /// Adds the state after a step.
+    pub(super) fn pass(&mut self, at: &[f64]) {
+        let least = REPEATED * self.nearby.scale;
+        self.moved |= self.last.back().is_some_and(|last| self.nearby.far(last, at) > least);
+        if self.nearby.returns >= self.nearby.longest {
+            self.count(at);
+        }
+    }
+
+    /// Adds a state to the half that it belongs to.
+    fn count(&mut self, at: &[f64]) {
+        let half = usize::from(self.filling.len() as u64 >= FILLING / 2);
+        self.halves[half].resize_with(at.len(), Distribution::default);
+        self.halves[half].iter_mut().zip(at).for_each(|(entry, &x)| entry.add(x));
+    }
+
     /// Adds the state of return n.
     pub(super) fn add(&mut self, n: u64, at: Vec<f64>) -> ControlFlow<()> {
         // The end of the transient is no reason to stop here.
@@ -199,10 +272,14 @@ impl<'a> Found<'a> {
             return ControlFlow::Break(());
         }
         if n > self.nearby.longest {
+            if !STEPS {
+                self.count(&at);
+            }
             self.filling.push(at.clone());
         }
+        let rests = !std::mem::take(&mut self.moved);
         for (repeats, before) in self.repeats.iter_mut().zip(self.last.iter().rev()) {
-            let same = self.nearby.far(before, &at) <= REPEATED * self.nearby.scale;
+            let same = rests && self.nearby.far(before, &at) <= REPEATED * self.nearby.scale;
             *repeats = if same { *repeats + 1 } else { 0 };
         }
         self.last.push_back(at);
@@ -232,41 +309,91 @@ impl<'a> Found<'a> {
         now < before && to_go <= TO_GO * extent.min(NEAR * scale)
     }
 
-    /// The known attractor that the run has reached, its returns, and a new attractor, if the run
-    /// has settled.
-    pub(super) fn ended(self) -> (Option<usize>, u64, Option<Known>) {
-        let Self { nearby, last, period, filling, .. } = self;
-        let scale = nearby.scale;
-        let cycle: Vec<Vec<f64>> = match period {
-            Some(period) => last.range(last.len() - period..).cloned().collect(),
-            None => Vec::new(),
+    /// The known attractor that the run has reached, its returns, and what it shows, if it has
+    /// settled.
+    pub(super) fn ended(self) -> (Option<usize>, u64, Option<Shown>) {
+        let Self { nearby, last, period, filling, halves, .. } = self;
+        let shown = match (period, last.back()) {
+            (Some(period), _) => {
+                let cycle = last.range(last.len() - period..).cloned().collect();
+                Known::of_cycle(&nearby, cycle).map(Shown::Known)
+            }
+            _ if still_moves(&halves, REPEATED * nearby.scale) => None,
+            (None, Some(from)) if STEPS && !filling.is_empty() => {
+                let ranges = halves.iter().flatten().map(Distribution::range);
+                Some(Shown::Motion { from: from.clone(), extent: ranges.fold(0.0, f64::max) })
+            }
+            _ => Known::of_points(&nearby, filling).map(Shown::Known),
         };
-        if cycle.is_empty() && still_moves(&filling, REPEATED * scale) {
-            return (nearby.reached, nearby.returns, None);
+        (nearby.reached, nearby.returns, shown)
+    }
+}
+
+/// Fills boxes with the path of a motion that has settled.
+pub(super) struct Path<'a> {
+    nearby: Nearby<'a>,
+    side: f64,
+    last: Option<Vec<f64>>,
+    boxes: HashSet<Vec<i64>>,
+    /// The first point in each box.
+    points: Vec<Vec<f64>>,
+}
+
+impl<'a> Path<'a> {
+    pub(super) fn new(nearby: Nearby<'a>, extent: f64) -> Self {
+        let side = BOX * extent.max(REPEATED * nearby.scale);
+        Self { nearby, side, last: None, boxes: HashSet::new(), points: Vec::new() }
+    }
+
+    pub(super) fn periods(&self) -> &[Option<f64>] {
+        &self.nearby.periods
+    }
+
+    pub(super) fn dof(&self) -> usize {
+        self.nearby.dof
+    }
+
+    /// Adds the chord to the state after a step.
+    pub(super) fn pass(&mut self, at: Vec<f64>) {
+        let from = self.last.get_or_insert_with(|| at.clone());
+        let far = self.nearby.far(from, &at);
+        let pieces = (PIECES * far / self.side).ceil().clamp(1.0, MOST_PIECES);
+        for i in 1..=pieces as u32 {
+            let share = f64::from(i) / pieces;
+            let periods = self.nearby.periods.iter().copied().chain(std::iter::repeat(None));
+            let between = |((a, b), period): ((&f64, &f64), Option<f64>)| match period {
+                Some(period) => nearest(a + share * nearest(b - a, period), period),
+                None => a + share * (b - a),
+            };
+            let point: Vec<f64> = from.iter().zip(&at).zip(periods).map(between).collect();
+            if self.boxes.len() < MOST_BOXES && self.boxes.insert(boxed(&point, self.side)) {
+                self.points.push(point);
+            }
         }
-        // Two turns of a cycle show its period.
-        let points = if cycle.is_empty() { filling } else { [&cycle[..], &cycle[..]].concat() };
-        let boxes = if cycle.is_empty() {
-            points.iter().map(|point| boxed(point, scale)).collect()
-        } else {
-            HashSet::new()
-        };
-        let attractor = Attractor::of(points, &nearby.periods, scale);
-        let known = attractor.map(|attractor| Known { attractor, cycle, boxes, scale });
-        (nearby.reached, nearby.returns, known)
+        self.last = Some(at);
+    }
+
+    /// Whether return n is not the last one.
+    pub(super) fn goes_on(n: u64) -> ControlFlow<()> {
+        if n >= FILLING { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    pub(super) fn known(self) -> Option<Known> {
+        let Self { nearby, side, boxes, points, .. } = self;
+        let mut attractor = Attractor::of(points, &nearby.periods, nearby.scale)?;
+        // The points are in the order in which they were first met, which is no order in time.
+        attractor.kind = Kind::Aperiodic;
+        Some(Known { attractor, cycle: Vec::new(), boxes, side, scale: nearby.scale })
     }
 }
 
 /// Whether a run changes from the first half of its points to the second: an entry shrinks or
 /// grows, in range and in standard deviation, or its mean moves.
-fn still_moves(points: &[Vec<f64>], least: f64) -> bool {
-    let halves = points.split_at(points.len() / 2);
-    let mut entries = 0..points.first().map_or(0, Vec::len);
-    entries.any(|j| {
-        let [first, second] = [halves.0, halves.1].map(|half| Distribution::of(half, j));
-        let range = first.range.max(second.range);
+fn still_moves([first, second]: &[Vec<Distribution>; 2], least: f64) -> bool {
+    first.iter().zip(second).any(|(first, second)| {
+        let range = first.range().max(second.range());
         let (by_range, by_deviation) =
-            ((second.range / first.range).ln(), (second.deviation / first.deviation).ln());
+            ((second.range() / first.range()).ln(), (second.deviation() / first.deviation()).ln());
         let both = by_range.min(by_deviation) > CHANGE || by_range.max(by_deviation) < -CHANGE;
         range > least && (both || (second.mean - first.mean).abs() > MOVE * range)
     })
@@ -274,18 +401,35 @@ fn still_moves(points: &[Vec<f64>], least: f64) -> bool {
 
 /// The range, the mean and the standard deviation of one coordinate or momentum over points.
 struct Distribution {
-    range: f64,
+    count: f64,
     mean: f64,
-    deviation: f64,
+    /// The sum of the squared distances from the mean.
+    square: f64,
+    least: f64,
+    most: f64,
+}
+
+impl Default for Distribution {
+    fn default() -> Self {
+        let (least, most) = (f64::INFINITY, f64::NEG_INFINITY);
+        Self { count: 0.0, mean: 0.0, square: 0.0, least, most }
+    }
 }
 
 impl Distribution {
-    fn of(points: &[Vec<f64>], j: usize) -> Self {
-        let (values, count) = (|| points.iter().map(|point| point[j]), points.len() as f64);
-        let mean = values().sum::<f64>() / count;
-        let square = values().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count;
-        let least = values().fold(f64::INFINITY, f64::min);
-        let most = values().fold(f64::NEG_INFINITY, f64::max);
-        Self { range: most - least, mean, deviation: square.sqrt() }
+    fn add(&mut self, x: f64) {
+        self.count += 1.0;
+        let off = x - self.mean;
+        self.mean += off / self.count;
+        self.square += off * (x - self.mean);
+        (self.least, self.most) = (self.least.min(x), self.most.max(x));
+    }
+
+    fn range(&self) -> f64 {
+        self.most - self.least
+    }
+
+    fn deviation(&self) -> f64 {
+        (self.square / self.count).sqrt()
     }
 }

@@ -1,0 +1,112 @@
+//! Whether small displacements from a cycle grow.
+
+use super::{Basins, Ensemble, Nearby};
+use crate::progress::Silent;
+use crate::study::ensemble::Watch;
+use crate::study::section::{nearest, point};
+use afterbay_core::{InputError, StateRef};
+use std::ops::ControlFlow;
+
+/// The displacement from the cycle, relative to the grid.
+const DISPLACED: f64 = 1e-5;
+/// The growth in a turn that counts. What neither grows nor shrinks is not told from what does by
+/// less: differences of the displaced runs show no more, where two multipliers are equal.
+const GROWS: f64 = 5e-5;
+/// The most squarings of the matrix. In 2^40 turns, the matrix grows as its largest multiplier does.
+const SQUARINGS: i32 = 40;
+
+impl Basins {
+    /// Whether the largest multiplier of a cycle exceeds 1. Its matrix is that of differences of
+    /// runs of one turn from both sides of a state on the cycle. No if one of these runs fails.
+    pub(super) fn repels(
+        &self,
+        ensemble: &Ensemble<'_>,
+        cycle: &[Vec<f64>],
+    ) -> Result<bool, InputError> {
+        let Some(at) = cycle.last() else { return Ok(false) };
+        let nearby = Nearby::new(self, &[], self.longest);
+        let off = DISPLACED * nearby.scale();
+        let mut members = Vec::new();
+        for (j, off) in (0..at.len()).flat_map(|j| [(j, off), (j, -off)]) {
+            let mut at = at.clone();
+            at[j] += off;
+            let turn = Turn { returns: cycle.len() as u64, nearby: &nearby, end: Vec::new() };
+            members.push((self.member_at(&at)?, turn));
+        }
+        let ended = Ensemble { progress: &Silent, ..*ensemble }.follow(members)?;
+        if ended.iter().any(|(_, ending)| !ending.is_completed()) {
+            return Ok(false);
+        }
+        let periods = || nearby.periods.iter().copied().chain(std::iter::repeat(None));
+        let column = |pair: &[(Turn<'_>, _)]| -> Vec<f64> {
+            let ends = pair[0].0.end.iter().zip(&pair[1].0.end).zip(periods());
+            let apart = ends.map(|((a, b), period)| match period {
+                Some(period) => nearest(a - b, period),
+                None => a - b,
+            });
+            apart.map(|apart| apart / (2.0 * off)).collect()
+        };
+        Ok(grows(ended.chunks(2).map(column).collect()))
+    }
+}
+
+/// Whether the spectral radius of a matrix exceeds 1, from the norms of its powers: |Mⁿ|^(1/n) falls
+/// to it.
+fn grows(mut matrix: Vec<Vec<f64>>) -> bool {
+    let mut log = 0.0;
+    for squaring in 0..=SQUARINGS {
+        let norms = matrix.iter().map(|column| column.iter().map(|x| x.abs()).sum::<f64>());
+        let norm = norms.fold(0.0, f64::max);
+        if norm == 0.0 || !norm.is_finite() {
+            return norm > 0.0;
+        }
+        let share = 2.0_f64.powi(-squaring);
+        log += share * norm.ln();
+        if log <= GROWS {
+            return false;
+        }
+        matrix.iter_mut().flatten().for_each(|x| *x /= norm);
+        let product = |column: &Vec<f64>| {
+            let mut sum = vec![0.0; column.len()];
+            for (of, &x) in matrix.iter().zip(column) {
+                sum.iter_mut().zip(of).for_each(|(sum, of)| *sum += of * x);
+            }
+            sum
+        };
+        matrix = matrix.iter().map(product).collect();
+    }
+    true
+}
+
+/// The state after one turn.
+struct Turn<'a> {
+    returns: u64,
+    nearby: &'a Nearby<'a>,
+    end: Vec<f64>,
+}
+
+impl Watch for Turn<'_> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+        if n < self.returns {
+            return ControlFlow::Continue(());
+        }
+        self.end = point(&self.nearby.periods, self.nearby.dof, state).concat();
+        ControlFlow::Break(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_grows_by_its_largest_multiplier() {
+        let (sin, cos) = 0.7_f64.sin_cos();
+        let turned = |r: f64| vec![vec![r * cos, -9.0 * r * sin], vec![r * sin / 9.0, r * cos]];
+        assert!(!grows(turned(0.999)) && !grows(turned(1.0)) && grows(turned(1.0001)));
+        // A drift, and what shrinks after it has grown.
+        assert!(!grows(vec![vec![1.0, 0.0], vec![5.0, 1.0]]));
+        assert!(!grows(vec![vec![0.9, 0.0], vec![1e6, 0.9]]));
+        assert!(grows(vec![vec![2.0, 0.0], vec![0.0, 0.1]]) && !grows(vec![vec![0.0; 2]; 2]));
+    }
+}
