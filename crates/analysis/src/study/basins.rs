@@ -8,7 +8,9 @@
 //! nothing to do with the motion. A rest or a cycle from which small displacements grow is no
 //! attractor: the run lies on a boundary.
 
+mod distribution;
 mod known;
+mod path;
 mod repels;
 
 use super::dynamics::Dynamics;
@@ -25,7 +27,8 @@ use crate::words::by_name;
 use afterbay_core::{InputError, StateRef};
 use afterbay_methods::registry::Row;
 pub use known::Known;
-use known::{Found, Nearby, Path, Shown, same};
+use known::{Found, Nearby, Shown, same};
+use path::Path;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 

@@ -27,24 +27,21 @@
 //! [`Spectrum::power`] is this k.
 
 mod growth;
+mod walk;
 
 use super::dynamics::Dynamics;
 use super::outcome::Ending;
-use super::section::{Section, far, point};
+use super::section::Section;
 use super::stability::MapError;
-use super::tangent::Tangent;
 use super::{Problem, numbered};
 use crate::Model;
 use crate::progress::{Piece, Progress};
 use crate::words::{Word, by_name, word};
-use afterbay_core::{Grid, InputError, IntegrateError, State};
-use afterbay_methods::registry::{Row, Run};
-use growth::{Divergence, Frame, Growth, Stop};
+use afterbay_core::{Grid, InputError};
+use afterbay_methods::registry::Row;
+use growth::Growth;
 use serde::{Deserialize, Serialize};
-use std::ops::ControlFlow;
-
-/// Steps between two looks at whether the user wants to stop.
-const STEPS_BETWEEN_LOOKS: u64 = 1024;
+use walk::Walk;
 
 /// The Lyapunov exponents of a problem.
 #[derive(Clone, Debug)]
@@ -273,113 +270,6 @@ fn of_displacements(intervals: &[Growth]) -> Option<f64> {
     let steps = |part: &[Growth]| part.iter().map(|growth| growth.steps).sum::<u64>() as f64;
     let power = (second - first) / (steps(intervals) / steps(&intervals[..half])).ln();
     power.is_finite().then_some(power)
-}
-
-/// A run under way.
-struct Walk<'a> {
-    run: Run<f64>,
-    tangent: Tangent,
-    divergence: Divergence,
-    frame: Frame,
-    /// The number of degrees of freedom that are not motors.
-    dof: usize,
-    periods: Vec<Option<f64>>,
-    h: f64,
-    state: State<Vec<f64>>,
-    /// q and p where the measurement begins.
-    from: Vec<f64>,
-    /// The steps done, and all that will be.
-    done: u64,
-    all: u64,
-    progress: &'a dyn Progress,
-}
-
-impl<'a> Walk<'a> {
-    fn new(
-        problem: &Problem,
-        row: &'static Row,
-        (h, all): (f64, u64),
-        progress: &'a dyn Progress,
-    ) -> Result<Self, InputError> {
-        let (model, state) = (&problem.model, problem.start()?);
-        let dof = model.degrees();
-        let (run, tangent) = (model.bind(row)?, Tangent::new(model, row)?);
-        let (divergence, frame) = (Divergence::new(model)?, Frame::new(2 * dof));
-        let (periods, from, done) = (model.periods(), Vec::new(), 0);
-        let walk = Self {
-            run,
-            tangent,
-            divergence,
-            frame,
-            dof,
-            periods,
-            h,
-            state,
-            from,
-            done,
-            all,
-            progress,
-        };
-        Ok(walk)
-    }
-
-    /// q and p of the state.
-    fn point(&self) -> Vec<f64> {
-        point(&self.periods, self.dof, self.state.state_ref()).concat()
-    }
-
-    /// Takes steps. With `growth` the tangent vectors are taken along. The trajectory is that of
-    /// the method in `f64`, as every other study has it; only the derivatives are taken in 106
-    /// bits.
-    ///
-    /// # Errors
-    /// The failure that ended the run before all steps were done.
-    fn take(
-        &mut self,
-        steps: u64,
-        mut growth: Option<&mut Growth>,
-        piece: &mut Piece<'_>,
-    ) -> Result<(), Ending> {
-        if steps == 0 {
-            return Ok(());
-        }
-        self.rewind();
-        let Self { run, tangent, divergence, frame, state, progress, h, done, all, .. } = self;
-        let (periods, dof, from) = (&self.periods, self.dof, &self.from);
-        let (grid, stride) =
-            (Grid { h: *h, steps }, if growth.is_some() { 1 } else { STEPS_BETWEEN_LOOKS });
-        let mut broken = Ok(());
-        let result = run.run(grid, state, stride, &mut |step, state| {
-            piece.reach(*done + step, *all);
-            if let Some(growth) = &mut growth {
-                let off = far(periods, from, &point(periods, dof, state).concat());
-                growth.reach = growth.reach.max(off);
-            }
-            broken = match &mut growth {
-                _ if step % STEPS_BETWEEN_LOOKS == 0 && progress.stopped() => {
-                    Err(Stop::Run(IntegrateError::Interrupted))
-                }
-                Some(growth) if step < steps => frame
-                    .step((tangent, divergence), grid.h, state, growth)
-                    .map_err(|stop| stop.after(step)),
-                _ => Ok(()),
-            };
-            if broken.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        });
-        let result = result.map_err(Stop::Run).and(broken);
-        let before = std::mem::replace(done, *done + steps);
-        result.map_err(|stop| stop.after(before).ending())
-    }
-
-    /// Sets the motors of a drive to the time, which is not accumulated, and empties all accounts.
-    /// Neither changes (q, p).
-    fn rewind(&mut self) {
-        let State { q, p, w, t } = &mut self.state;
-        *t = self.h * self.done as f64;
-        q[self.dof..].fill(*t);
-        p[self.dof..].fill(0.0);
-        w.fill(0.0);
-    }
 }
 
 #[cfg(test)]

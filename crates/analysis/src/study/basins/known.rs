@@ -1,8 +1,9 @@
 //! Attractors as they are found and recognized.
 
 use super::Basins;
-use crate::study::attractor::{Attractor, Kind};
-use crate::study::section::{far, nearest};
+use super::distribution::{Distribution, still_moves};
+use crate::study::attractor::Attractor;
+use crate::study::section::far;
 use serde::{Deserialize, Serialize};
 use std::collections::{HashSet, VecDeque};
 use std::ops::ControlFlow;
@@ -10,7 +11,7 @@ use std::ops::ControlFlow;
 /// The largest distance of a state from a cycle that it has reached, relative to the grid.
 const NEAR: f64 = 1e-3;
 /// The largest distance of states that count as repeated, relative to the grid.
-const REPEATED: f64 = 1e-6;
+pub(super) const REPEATED: f64 = 1e-6;
 /// The longest cycle that is looked for, in returns.
 const LONGEST_CYCLE: usize = 32;
 /// Returns beyond one period that must repeat before a cycle is believed.
@@ -22,22 +23,11 @@ const ROUNDINGS: f64 = 1e-10;
 /// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] and of
 /// the extent of the cycle. A choice: other runs are then told to be near the same cycle.
 const TO_GO: f64 = 0.1;
-/// The least change of the extent from one half of the points to the other that shows that a run
-/// has not settled. A choice: chaos shows less, since its halves are of 2000 points.
-const CHANGE: f64 = 0.05;
-/// The least move of the mean between these halves that shows it, as a share of their range.
-const MOVE: f64 = 0.5;
 /// The side of the boxes of an attractor without a period, relative to the grid; relative to its
 /// own extent where its path fills them.
-const BOX: f64 = 0.02;
-/// The least pieces of a path in a box that it passes from side to side.
-const PIECES: f64 = 4.0;
-/// The most pieces of a step.
-const MOST_PIECES: f64 = 256.0;
-/// The most boxes that a path fills.
-const MOST_BOXES: usize = 20_000;
+pub(super) const BOX: f64 = 0.02;
 /// Returns that fill these boxes.
-const FILLING: u64 = 4000;
+pub(super) const FILLING: u64 = 4000;
 /// The returns of which a share must lie in the boxes.
 const LAST: usize = 100;
 const SHARE: f64 = 0.9;
@@ -61,6 +51,16 @@ impl Known {
     /// The largest distance of attractors of two methods that count as one, relative to their size.
     /// A coarse choice: at large steps a method shifts an attractor by its phase, too.
     pub(super) const ALIKE: f64 = 0.5;
+
+    /// An attractor without a period, from boxes of the given side.
+    pub(super) fn of_boxes(
+        attractor: Attractor,
+        boxes: HashSet<Vec<i64>>,
+        side: f64,
+        scale: f64,
+    ) -> Self {
+        Self { attractor, cycle: Vec::new(), boxes, side, scale }
+    }
 
     /// A cycle, from one turn of it.
     fn of_cycle(nearby: &Nearby<'_>, cycle: Vec<Vec<f64>>) -> Option<Self> {
@@ -180,7 +180,7 @@ impl<'a> Nearby<'a> {
     }
 
     /// The largest difference of two points.
-    fn far(&self, a: &[f64], b: &[f64]) -> f64 {
+    pub(super) fn far(&self, a: &[f64], b: &[f64]) -> f64 {
         far(&self.periods, a, b)
     }
 }
@@ -199,7 +199,7 @@ pub(super) fn same(basins: &Basins, known: &[Known], new: &Known) -> Option<usiz
 }
 
 /// The box that a point lies in.
-fn boxed(point: &[f64], side: f64) -> Vec<i64> {
+pub(super) fn boxed(point: &[f64], side: f64) -> Vec<i64> {
     point.iter().map(|x| (x / side).floor() as i64).collect()
 }
 
@@ -326,110 +326,5 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
             _ => Known::of_points(&nearby, filling).map(Shown::Known),
         };
         (nearby.reached, nearby.returns, shown)
-    }
-}
-
-/// Fills boxes with the path of a motion that has settled.
-pub(super) struct Path<'a> {
-    nearby: Nearby<'a>,
-    side: f64,
-    last: Option<Vec<f64>>,
-    boxes: HashSet<Vec<i64>>,
-    /// The first point in each box.
-    points: Vec<Vec<f64>>,
-}
-
-impl<'a> Path<'a> {
-    pub(super) fn new(nearby: Nearby<'a>, extent: f64) -> Self {
-        let side = BOX * extent.max(REPEATED * nearby.scale);
-        Self { nearby, side, last: None, boxes: HashSet::new(), points: Vec::new() }
-    }
-
-    pub(super) fn periods(&self) -> &[Option<f64>] {
-        &self.nearby.periods
-    }
-
-    pub(super) fn dof(&self) -> usize {
-        self.nearby.dof
-    }
-
-    /// Adds the chord to the state after a step.
-    pub(super) fn pass(&mut self, at: Vec<f64>) {
-        let from = self.last.get_or_insert_with(|| at.clone());
-        let far = self.nearby.far(from, &at);
-        let pieces = (PIECES * far / self.side).ceil().clamp(1.0, MOST_PIECES);
-        for i in 1..=pieces as u32 {
-            let share = f64::from(i) / pieces;
-            let periods = self.nearby.periods.iter().copied().chain(std::iter::repeat(None));
-            let between = |((a, b), period): ((&f64, &f64), Option<f64>)| match period {
-                Some(period) => nearest(a + share * nearest(b - a, period), period),
-                None => a + share * (b - a),
-            };
-            let point: Vec<f64> = from.iter().zip(&at).zip(periods).map(between).collect();
-            if self.boxes.len() < MOST_BOXES && self.boxes.insert(boxed(&point, self.side)) {
-                self.points.push(point);
-            }
-        }
-        self.last = Some(at);
-    }
-
-    /// Whether return n is not the last one.
-    pub(super) fn goes_on(n: u64) -> ControlFlow<()> {
-        if n >= FILLING { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
-    pub(super) fn known(self) -> Option<Known> {
-        let Self { nearby, side, boxes, points, .. } = self;
-        let mut attractor = Attractor::of(points, &nearby.periods, nearby.scale)?;
-        // The points are in the order in which they were first met, which is no order in time.
-        attractor.kind = Kind::Aperiodic;
-        Some(Known { attractor, cycle: Vec::new(), boxes, side, scale: nearby.scale })
-    }
-}
-
-/// Whether a run changes from the first half of its points to the second: an entry shrinks or
-/// grows, in range and in standard deviation, or its mean moves.
-fn still_moves([first, second]: &[Vec<Distribution>; 2], least: f64) -> bool {
-    first.iter().zip(second).any(|(first, second)| {
-        let range = first.range().max(second.range());
-        let (by_range, by_deviation) =
-            ((second.range() / first.range()).ln(), (second.deviation() / first.deviation()).ln());
-        let both = by_range.min(by_deviation) > CHANGE || by_range.max(by_deviation) < -CHANGE;
-        range > least && (both || (second.mean - first.mean).abs() > MOVE * range)
-    })
-}
-
-/// The range, the mean and the standard deviation of one coordinate or momentum over points.
-struct Distribution {
-    count: f64,
-    mean: f64,
-    /// The sum of the squared distances from the mean.
-    square: f64,
-    least: f64,
-    most: f64,
-}
-
-impl Default for Distribution {
-    fn default() -> Self {
-        let (least, most) = (f64::INFINITY, f64::NEG_INFINITY);
-        Self { count: 0.0, mean: 0.0, square: 0.0, least, most }
-    }
-}
-
-impl Distribution {
-    fn add(&mut self, x: f64) {
-        self.count += 1.0;
-        let off = x - self.mean;
-        self.mean += off / self.count;
-        self.square += off * (x - self.mean);
-        (self.least, self.most) = (self.least.min(x), self.most.max(x));
-    }
-
-    fn range(&self) -> f64 {
-        self.most - self.least
-    }
-
-    fn deviation(&self) -> f64 {
-        (self.square / self.count).sqrt()
     }
 }
