@@ -25,6 +25,8 @@
 //! of planets, separate like t, and a finite time gives ln(c t)/t in place of 0. Their distance
 //! grows by 2^k from t/2 to t, whatever t is, where it grows like t^k, and by exp(λt/2) in chaos.
 //! [`Spectrum::power`] is this k.
+//!
+//! [`Tangent`]: super::tangent::Tangent
 
 mod growth;
 mod walk;
