@@ -56,6 +56,22 @@ fn paper_writes_everything_and_says_what_holds() {
 #[test]
 fn findings_come_as_json_too() {
     let folder = tempfile::tempdir().expect("a folder");
+    let output = afterbay(&["paper", "--quick", "--format", "json", "--out"])
+        .arg(folder.path())
+        .output()
+        .expect("runs");
+    let findings: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+    assert!(
+        findings
+            .as_array()
+            .is_some_and(|all| all.len() > 20 && all.iter().any(|one| one["verdict"] == "fails"))
+    );
+}
+
+#[test]
+fn findings_of_a_study_have_words_and_readings_in_json() {
+    let folder = tempfile::tempdir().expect("a folder");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/damped-oscillator.toml");
     let output = afterbay(&["study", scene, "--format", "json", "--out"])
         .arg(folder.path())

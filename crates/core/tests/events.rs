@@ -8,8 +8,8 @@ use afterbay_core::{
 };
 use std::ops::ControlFlow;
 
-/// Free fall: exact steps, so that all errors are those of the events. Steps below the rounding of t
-/// are refused, as those of a method are.
+/// Free fall: exact steps, so that all errors are those of the events. Steps below the rounding of
+/// t are refused, as those of a method are.
 fn fall(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
     let end = state.t + h;
     if end + h == end {
@@ -27,7 +27,7 @@ fn bounce(restitution: f64, end: f64) -> Bounces {
     bounce_from([0.5, 0.0], restitution, (0.3, (end / 0.3) as u64))
 }
 
-/// The same from another height and momentum, on a grid of `steps` steps h.
+/// A ball that starts at height q with momentum p, on a grid of `steps` steps h.
 fn bounce_from([q, p]: [f64; 2], restitution: f64, (h, steps): (f64, u64)) -> Bounces {
     let mut state = State::new(vec![q], vec![p]).expect("finite");
     let height = |state: StateRef<'_, f64>| state.q[0];

@@ -19,8 +19,8 @@ impl Graph {
     }
 
     /// The parts of the node that depend on coordinates alone and can be singular: it is singular
-    /// where one of them is. Singularities whose place depends on momenta or velocities are not among
-    /// them.
+    /// where one of them is. Singularities whose place depends on momenta or velocities are not
+    /// among them.
     pub fn singular_parts(&mut self, of: Node) -> Vec<Node> {
         let one = self.number(1.0);
         let is_placed = |graph: &Self, x: Node| {

@@ -29,7 +29,7 @@ mod relaxed;
 mod rk4;
 mod splitting;
 
-// What they share.
+// Parts that several methods use.
 mod adaptive;
 mod adaptive_explicit;
 mod balance;

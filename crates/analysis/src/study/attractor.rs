@@ -40,14 +40,14 @@ const MOST_COMPARED: usize = 400;
 /// The size of a run from return to return, which tells whether it grows all along. Points after a
 /// transient may be too few to tell.
 #[derive(Clone, Debug)]
-pub(crate) struct Growth {
+pub(crate) struct SizeHistory {
     /// The returns of the run.
     last: u64,
     /// The largest |q_j| or |p_j| in each part.
     sizes: [f64; PARTS],
 }
 
-impl Growth {
+impl SizeHistory {
     /// Of a run of so many returns.
     pub(crate) fn new(last: u64) -> Self {
         Self { last, sizes: [0.0; PARTS] }
@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn growth_is_told_from_motion_that_stays() {
         let grows = |count: u32, x: &dyn Fn(f64) -> f64| {
-            let mut growth = Growth::new(u64::from(count));
+            let mut growth = SizeHistory::new(u64::from(count));
             (1..=count).for_each(|n| {
                 let x = x(f64::from(n));
                 growth.see(u64::from(n), &[vec![x], vec![-x]]);
@@ -287,7 +287,7 @@ mod tests {
         assert!(!grows(208, &wave) && !grows(208, &|n| (-0.01 * n).exp() * wave(n)));
         assert!(!grows(208, &|n| 1.0 - (-0.05 * n).exp()) && !grows(31, &|n| n));
         let growing = (1..1000).filter(|&seed| {
-            let (mut x, mut growth) = (f64::from(seed) / 1000.0, Growth::new(208));
+            let (mut x, mut growth) = (f64::from(seed) / 1000.0, SizeHistory::new(208));
             (1..=208).for_each(|n| {
                 x = 3.9 * x * (1.0 - x);
                 growth.see(n, &[vec![x], vec![x]]);

@@ -1,6 +1,6 @@
 //! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
 
-use super::attractor::{GROWING, Growth};
+use super::attractor::{GROWING, SizeHistory};
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::outcome::Ending;
@@ -236,7 +236,7 @@ impl Bifurcation {
         let Self { problem, transient, points, follow, .. } = self;
         let (dof, last) = (problem.model.degrees(), transient + points);
         let (transient, follow) = (*transient, *follow);
-        let (growth, points) = (Growth::new(last), Vec::new());
+        let (growth, points) = (SizeHistory::new(last), Vec::new());
         Trace { transient, last, follow, periods, dof, growth, points, state: None }
     }
 }
@@ -289,7 +289,7 @@ struct Trace {
     follow: bool,
     periods: Vec<Option<f64>>,
     dof: usize,
-    growth: Growth,
+    growth: SizeHistory,
     points: Vec<[Vec<f64>; 2]>,
     /// The last state.
     state: Option<State<Vec<f64>>>,

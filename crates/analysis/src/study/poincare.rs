@@ -1,6 +1,6 @@
 //! Poincaré sections: the states of runs at every return to a section, after a transient.
 
-use super::attractor::Growth;
+use super::attractor::SizeHistory;
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::outcome::Ending;
@@ -129,7 +129,7 @@ impl Dynamics for Poincare {
             };
             let dof = model.degrees();
             let (last, rows) = (transient + points, Vec::new());
-            let (transient, periods, growth) = (*transient, &periods, Growth::new(last));
+            let (transient, periods, growth) = (*transient, &periods, SizeHistory::new(last));
             Ok((member, Trace { transient, last, periods, dof, growth, blank, rows }))
         });
         let members = members.collect::<Result<Vec<_>, InputError>>()?;
@@ -159,7 +159,7 @@ struct Trace<'a> {
     last: u64,
     periods: &'a [Option<f64>],
     dof: usize,
-    growth: Growth,
+    growth: SizeHistory,
     blank: PoincareRow,
     rows: Vec<PoincareRow>,
 }

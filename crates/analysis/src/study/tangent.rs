@@ -36,14 +36,17 @@ const DISPLACEMENT: f64 = f64::EPSILON;
 const LEAST: f64 = f64::from_bits((1023 - 332) << 52);
 /// 2⁻²⁰, the size of p relative to that of an impulse, below which a motion is near rest.
 const NEAR_REST: f64 = 1.0 / (1 << 20) as f64;
-/// 2⁻¹², the least part of a displacement of q that one of p has to cause, and 2⁻⁶, the part to
-/// which it is enlarged.
-const SEEN: [f64; 2] = [1.0 / (1 << 12) as f64, 1.0 / (1 << 6) as f64];
-/// 2⁻⁴⁴, the part below which what is seen is rounding and no measure, and 2⁴⁰, the factor that
-/// then enlarges a displacement.
-const LOST: (f64, f64) = (1.0 / (1_u64 << 44) as f64, (1_u64 << 40) as f64);
-/// How often a displacement is enlarged.
-const TRIES: u32 = 4;
+/// 2⁻¹², the least part of a displacement of q that one of p has to cause.
+const LEAST_PART: f64 = 1.0 / (1 << 12) as f64;
+/// 2⁻⁶, the part to which it is enlarged.
+const ENLARGED_PART: f64 = 1.0 / (1 << 6) as f64;
+/// 2⁻⁴⁴, the part below which the effect on q is rounding, and does not measure how much larger the
+/// displacement must be.
+const LOST_PART: f64 = 1.0 / (1_u64 << 44) as f64;
+/// 2⁴⁰, the factor by which a displacement is then enlarged.
+const LOST_FACTOR: f64 = (1_u64 << 40) as f64;
+/// The most times that a displacement of p is enlarged.
+const MOST_ENLARGEMENTS: u32 = 4;
 
 /// A method bound to a system in 106 bits.
 pub struct Tangent {
@@ -86,7 +89,7 @@ impl Tangent {
         let mut jacobian = Mat::zeros(2 * n, 2 * n);
         let [size_of_q, size_of_p] =
             [[&state.q, &end.q], [&state.p, &end.p]].map(|ends| size(ends.map(|x| &x[..n])));
-        let column = |j: usize, d: f64| self.column((h, state, &end), j, Quad::from_f64(d));
+        let step = Step { tangent: self, h, start: state, end: &end, size_of_q };
         let mut put = |j: usize, changes: &[f64]| {
             for (i, &value) in changes.iter().enumerate() {
                 if !value.is_finite() {
@@ -101,7 +104,7 @@ impl Tangent {
         let displacement_of_q = DISPLACEMENT * size_of_q.unwrap_or(1.0);
         let mut steepest = 0.0_f64;
         for j in 0..n {
-            let changes = column(j, displacement_of_q)?;
+            let changes = step.column(j, displacement_of_q)?;
             steepest = changes[n..].iter().map(|x| x.abs()).fold(steepest, f64::max);
             put(j, &changes)?;
         }
@@ -113,49 +116,60 @@ impl Tangent {
             Some(size) => size,
             None => 1.0,
         };
-        // The part of a displacement of q that a displacement of p causes.
-        let part = |changes: &[f64], j: usize, d: f64| match size_of_q {
-            Some(size) => (changes[j - n] * d / (DISPLACEMENT * size)).abs(),
-            None => f64::INFINITY,
-        };
         for j in n..2 * n {
-            let mut d = DISPLACEMENT * of_p;
-            let first = column(j, d)?;
-            let mut seen = part(&first, j, d);
-            let mut larger = None;
-            for _ in 0..TRIES {
-                if seen >= SEEN[0] {
-                    break;
-                }
-                d *= if seen > LOST.0 { SEEN[1] / seen } else { LOST.1 };
-                let Ok(changes) = column(j, d) else { break };
-                seen = part(&changes, j, d);
-                larger = Some(changes);
-            }
-            // A momentum that does not move its coordinate keeps the displacement it had.
-            let changes = larger.filter(|_| seen >= SEEN[0]).unwrap_or(first);
-            put(j, &changes)?;
+            put(j, &step.column_of_momentum(j, DISPLACEMENT * of_p)?)?;
         }
         *state = end;
         Ok(jacobian)
     }
+}
 
-    /// Column j of the Jacobian: the changes of the end of a step by a displacement d, over d.
+/// A step, whose derivatives are looked for.
+struct Step<'a> {
+    tangent: &'a Tangent,
+    h: Quad,
+    start: &'a State<Vec<Quad>>,
+    end: &'a State<Vec<Quad>>,
+    size_of_q: Option<f64>,
+}
+
+impl Step<'_> {
+    /// Column j of the Jacobian: the changes of the end of the step by a displacement d, over d.
     ///
     /// # Errors
-    /// The failure of the step.
-    fn column(
-        &self,
-        (h, state, end): (Quad, &State<Vec<Quad>>, &State<Vec<Quad>>),
-        j: usize,
-        d: Quad,
-    ) -> Result<Vec<f64>, IntegrateError> {
-        let n = self.dof;
-        let mut moved = state.clone();
+    /// The failure of the step from the displaced state.
+    fn column(&self, j: usize, d: f64) -> Result<Vec<f64>, IntegrateError> {
+        let (n, d, mut moved) = (self.tangent.dof, Quad::from_f64(d), self.start.clone());
         let part = if j < n { &mut moved.q } else { &mut moved.p };
         part[j % n] += d;
-        self.step(h, &mut moved)?;
-        Ok(difference(&moved, end, n).map(|change| (change / d).to_f64()).collect())
+        self.tangent.step(self.h, &mut moved)?;
+        Ok(difference(&moved, self.end, n).map(|change| (change / d).to_f64()).collect())
+    }
+
+    /// Column j, that of a momentum, by a displacement d that is enlarged until the coordinate of
+    /// this momentum shows it. A momentum that does not move its coordinate keeps d.
+    ///
+    /// # Errors
+    /// The failure of the step from the state displaced by d.
+    fn column_of_momentum(&self, j: usize, mut d: f64) -> Result<Vec<f64>, IntegrateError> {
+        let first = self.column(j, d)?;
+        let Some(size_of_q) = self.size_of_q else { return Ok(first) };
+        // The part of a displacement of q that the displacement d causes.
+        let part = |changes: &[f64], d: f64| {
+            (changes[j - self.tangent.dof] * d / (DISPLACEMENT * size_of_q)).abs()
+        };
+        let mut seen = part(&first, d);
+        let mut larger = None;
+        for _ in 0..MOST_ENLARGEMENTS {
+            if seen >= LEAST_PART {
+                break;
+            }
+            d *= if seen > LOST_PART { ENLARGED_PART / seen } else { LOST_FACTOR };
+            let Ok(changes) = self.column(j, d) else { break };
+            seen = part(&changes, d);
+            larger = Some(changes);
+        }
+        Ok(larger.filter(|_| seen >= LEAST_PART).unwrap_or(first))
     }
 }
 

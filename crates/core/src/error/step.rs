@@ -144,8 +144,8 @@ pub enum StepFailure {
     /// a coordinate moves, or on the straight line from q to where the step leads. A mean of ∂H/∂q
     /// exists across a pole, and would keep K.
     #[error(
-        "H, D or a force is singular between the ends of the step, in which q{} goes from {from:?} to \
-         {to:?}: no step crosses a singularity, take a smaller one, or end before the motion \
+        "H, D or a force is singular between the ends of the step, in which q{} goes from {from:?} \
+         to {to:?}: no step crosses a singularity, take a smaller one, or end before the motion \
          itself meets it",
         dof + 1
     )]

@@ -223,7 +223,7 @@ enum FirstEvent {
     None,
 }
 
-/// How a function reaches zero within a step.
+/// The place in a step at which a function reaches zero.
 enum Approach {
     /// It crosses zero between a share of the step, at which it has a value on its side, and the
     /// end: the share and the value.

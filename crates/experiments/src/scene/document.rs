@@ -96,8 +96,8 @@ pub struct RunTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<u64>,
     /// A relative and absolute tolerance of q, p and w for the methods that choose their steps,
-    /// which are shown at the same times: relative to the largest |q_j|, |p_j| and |w_j|. If none of
-    /// them is named, adaptive-collocation runs too.
+    /// which are shown at the same times: relative to the largest |q_j|, |p_j| and |w_j|. If none
+    /// of them is named, adaptive-collocation runs too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// The spacing in time of the states that are kept, instead of `every`. States between two

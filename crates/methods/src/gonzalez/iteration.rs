@@ -19,8 +19,8 @@ const STALLED_IN_NOISE: u32 = 2;
 /// Above noise level, the iteration ends after this number of corrections without a new smallest
 /// one: far from the solution, Newton's method may pause for a few corrections. A choice.
 const STALLED_ABOVE_NOISE: u32 = 8;
-/// The Jacobian is renewed if successive corrections shrink by less than this factor, unless the
-/// last one may be noise. A choice.
+/// The Jacobian is renewed if the ratio of successive corrections exceeds this, between 0 and 1,
+/// unless the last correction may be noise. A choice.
 const SLOWEST_RATIO: f64 = 0.0625;
 /// The Jacobian is renewed if a correction other than the first exceeds this share of z. A choice.
 const LARGEST_CORRECTION: f64 = 0.01;
@@ -34,8 +34,8 @@ const NOISE_ROUNDINGS: f64 = 64.0;
 const OMITTED_ROUNDINGS: f64 = 1.0 / 1024.0;
 /// The largest noise of h λ at which λ is part of the equation.
 pub(crate) const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
-/// Whatever its noise, λ is part of the equation where K would change without it by more than this
-/// number of roundings of H.
+/// If K would change without λ by more than this number of roundings of H, λ is part of the
+/// equation however large its noise is.
 pub(crate) const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
 impl<V: Vector> Workspace<V> {

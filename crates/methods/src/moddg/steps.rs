@@ -18,7 +18,7 @@ pub struct StepSizes<T> {
 }
 
 impl<T: Copy> StepSizes<T> {
-    /// The same δ in all three equations.
+    /// Uses δ in all three equations.
     #[inline(always)]
     fn shared(delta: T) -> Self {
         Self { q: delta, p: delta, w: delta }

@@ -160,7 +160,8 @@ fn largest_sum<V: Vector, const PART: usize>(terms: Terms, slopes: &[[V; 3]; STA
     largest[0] + largest[1]
 }
 
-/// Adds the blocks of WIDTH numbers that remain after the first `done` to the largest number so far.
+/// Adds the blocks of WIDTH numbers that remain after the first `done` to the largest number so
+/// far.
 #[inline(never)]
 fn largest_in_blocks<V: Vector, const PART: usize, const WIDTH: usize>(
     terms: Terms,

@@ -203,7 +203,7 @@ pub(super) fn boxed(point: &[f64], side: f64) -> Vec<i64> {
     point.iter().map(|x| (x / side).floor() as i64).collect()
 }
 
-/// What a run has shown that has settled.
+/// The attractor of a run that has settled, or what it takes to find it.
 pub(super) enum Shown {
     /// An attractor.
     Known(Known),

@@ -4,7 +4,9 @@ use super::{Basins, Ensemble, Nearby};
 use crate::progress::Silent;
 use crate::study::ensemble::Watch;
 use crate::study::section::{nearest, point};
+use crate::study::stability::largest_eigenvalue;
 use afterbay_core::{InputError, StateRef};
+use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
 /// The displacement from the cycle, relative to the grid.
@@ -12,8 +14,6 @@ const DISPLACED: f64 = 1e-5;
 /// The growth in a turn that counts. What neither grows nor shrinks is not told from what does by
 /// less: differences of the displaced runs show no more, where two multipliers are equal.
 const GROWS: f64 = 5e-5;
-/// The most squarings of the matrix. In 2^40 turns, the matrix grows as its largest multiplier does.
-const SQUARINGS: i32 = 40;
 
 impl Basins {
     /// Whether the largest multiplier of a cycle exceeds 1. Its matrix is that of differences of
@@ -46,36 +46,16 @@ impl Basins {
             });
             apart.map(|apart| apart / (2.0 * off)).collect()
         };
-        Ok(grows(ended.chunks(2).map(column).collect()))
+        let columns: Vec<Vec<f64>> = ended.chunks(2).map(column).collect();
+        Ok(grows(&columns))
     }
 }
 
-/// Whether the spectral radius of a matrix exceeds 1, from the norms of its powers: |Mⁿ|^(1/n) falls
-/// to it.
-fn grows(mut matrix: Vec<Vec<f64>>) -> bool {
-    let mut log = 0.0;
-    for squaring in 0..=SQUARINGS {
-        let norms = matrix.iter().map(|column| column.iter().map(|x| x.abs()).sum::<f64>());
-        let norm = norms.fold(0.0, f64::max);
-        if norm == 0.0 || !norm.is_finite() {
-            return norm > 0.0;
-        }
-        let share = 2.0_f64.powi(-squaring);
-        log += share * norm.ln();
-        if log <= GROWS {
-            return false;
-        }
-        matrix.iter_mut().flatten().for_each(|x| *x /= norm);
-        let product = |column: &Vec<f64>| {
-            let mut sum = vec![0.0; column.len()];
-            for (of, &x) in matrix.iter().zip(column) {
-                sum.iter_mut().zip(of).for_each(|(sum, of)| *sum += of * x);
-            }
-            sum
-        };
-        matrix = matrix.iter().map(product).collect();
-    }
-    true
+/// Whether the spectral radius of a matrix exceeds 1, up to [`GROWS`]. No if its eigenvalues are not
+/// found.
+fn grows(columns: &[Vec<f64>]) -> bool {
+    let matrix = DMatrix::from_fn(columns.len(), columns.len(), |i, j| columns[j][i]);
+    largest_eigenvalue(matrix).is_some_and(|largest| largest > 1.0 + GROWS)
 }
 
 /// The state after one turn.
@@ -102,11 +82,11 @@ mod tests {
     #[test]
     fn a_matrix_grows_by_its_largest_multiplier() {
         let (sin, cos) = 0.7_f64.sin_cos();
-        let turned = |r: f64| vec![vec![r * cos, -9.0 * r * sin], vec![r * sin / 9.0, r * cos]];
-        assert!(!grows(turned(0.999)) && !grows(turned(1.0)) && grows(turned(1.0001)));
+        let turned = |r: f64| [vec![r * cos, -9.0 * r * sin], vec![r * sin / 9.0, r * cos]];
+        assert!(!grows(&turned(0.999)) && !grows(&turned(1.0)) && grows(&turned(1.0001)));
         // A drift, and what shrinks after it has grown.
-        assert!(!grows(vec![vec![1.0, 0.0], vec![5.0, 1.0]]));
-        assert!(!grows(vec![vec![0.9, 0.0], vec![1e6, 0.9]]));
-        assert!(grows(vec![vec![2.0, 0.0], vec![0.0, 0.1]]) && !grows(vec![vec![0.0; 2]; 2]));
+        assert!(!grows(&[vec![1.0, 0.0], vec![5.0, 1.0]]));
+        assert!(!grows(&[vec![0.9, 0.0], vec![1e6, 0.9]]));
+        assert!(grows(&[vec![2.0, 0.0], vec![0.0, 0.1]]) && !grows(&[vec![0.0; 2], vec![0.0; 2]]));
     }
 }

@@ -46,6 +46,12 @@ pub(super) fn spectral_radius(
     if off.iter().any(|off| off.abs() > LINEAR * largest * size as f64) {
         return Ok(None);
     }
-    let Some(schur) = Schur::try_new(matrix, f64::EPSILON, SWEEPS * size) else { return Ok(None) };
-    Ok(Some(schur.complex_eigenvalues().iter().map(|z| z.re.hypot(z.im)).fold(0.0, f64::max)))
+    Ok(largest_eigenvalue(matrix))
+}
+
+/// The largest |eigenvalue| of a square matrix; `None` if the iteration does not converge.
+pub(crate) fn largest_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
+    let sweeps = SWEEPS * matrix.nrows();
+    let schur = Schur::try_new(matrix, f64::EPSILON, sweeps)?;
+    Some(schur.complex_eigenvalues().iter().map(|z| z.re.hypot(z.im)).fold(0.0, f64::max))
 }

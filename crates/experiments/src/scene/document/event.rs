@@ -40,7 +40,7 @@ pub enum ActionName {
     Record,
     /// It is recorded, and the run ends.
     Stop,
-    /// It is recorded, and the velocity of the coordinate that `of` names is reversed by a change of
-    /// its momentum, as at a wall.
+    /// It is recorded, and the velocity of the coordinate that `of` names is reversed by a change
+    /// of its momentum, as at a wall.
     Bounce,
 }
