@@ -238,7 +238,7 @@ impl<T: Scalar> Scalar for Slope<T> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn sin_cos(self) -> (Self, Self) {
         let ((s0, c0), (s1, c1)) = (self.start.sin_cos(), self.end.sin_cos());
-        let (sin, cos) = (divided::sin(self.start, self.end), divided::cos(self.start, self.end));
+        let (sin, cos) = divided::sin_cos(self.start, self.end);
         (self.under(s0, s1, sin.value), self.under(c0, c1, cos.value))
     }
     #[cfg_attr(not(debug_assertions), inline(always))]

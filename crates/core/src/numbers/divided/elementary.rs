@@ -6,11 +6,32 @@
 use crate::numbers::line::Line;
 use crate::numbers::scalar::{Mask, Scalar};
 use crate::numbers::two_sum::two_sum;
+use qd::Quad;
 use std::hint::cold_path;
 
-/// (2k + 1)! for k from 0, exact.
-const FACTORIALS: [f64; 8] =
-    [1.0, 6.0, 120.0, 5040.0, 362_880.0, 39_916_800.0, 6_227_020_800.0, 1_307_674_368_000.0];
+/// 1/(2k + 1)! for k from 0.
+const INVERSE_FACTORIALS: [Quad; 7] = {
+    let mut inverses = [Quad::ONE; 7];
+    let (mut factorial, mut k) = (1.0, 1);
+    while k < inverses.len() {
+        // Exact: 13! fits in 53 bits.
+        factorial *= (2 * k * (2 * k + 1)) as f64;
+        inverses[k] = Quad::from_f64(factorial).const_recip();
+        k += 1;
+    }
+    inverses
+};
+
+/// 1/(2k + 1) for k from 0.
+const INVERSE_ODDS: [Quad; 11] = {
+    let mut inverses = [Quad::ONE; 11];
+    let mut k = 1;
+    while k < inverses.len() {
+        inverses[k] = Quad::from_f64((2 * k + 1) as f64).const_recip();
+        k += 1;
+    }
+    inverses
+};
 
 /// The middle of an edge and half its width, each with its rounding error.
 #[derive(Clone, Copy)]
@@ -72,9 +93,8 @@ impl<T: Scalar> Edge<T> {
         let e = self.half[0];
         let near = || {
             let square = sign * e * e;
-            let coefficient = |k: usize| reciprocal::<T>(FACTORIALS[k]);
-            let value = series::<T, 7>(square, coefficient);
-            Line { value, slope: sign * e * derivative::<T, 7>(square, coefficient) }
+            let value = series::<T, 7>(square, &INVERSE_FACTORIALS);
+            Line { value, slope: sign * e * derivative::<T, 7>(square, &INVERSE_FACTORIALS) }
         };
         either(e.abs().lt(T::from_f64(small::<T>())), near, || far(self.half))
     }
@@ -88,27 +108,22 @@ fn small<T: Scalar>() -> f64 {
 
 /// Σ c_k yᵏ, N terms.
 #[inline(always)]
-fn series<T: Scalar, const N: usize>(y: T, coefficient: impl Fn(usize) -> T) -> T {
-    (0..N - 1).rev().fold(coefficient(N - 1), |sum, k| sum.mul_add(y, coefficient(k)))
+fn series<T: Scalar, const N: usize>(y: T, c: &[Quad]) -> T {
+    (0..N - 1).rev().fold(number(c[N - 1]), |sum, k| sum.mul_add(y, number(c[k])))
 }
 
 /// Σ 2 k c_k yᵏ⁻¹, the derivative of the sum by x over x where y = x².
 #[inline(always)]
-fn derivative<T: Scalar, const N: usize>(y: T, coefficient: impl Fn(usize) -> T) -> T {
-    let term = |k: usize| T::from_f64(2.0 * k as f64) * coefficient(k);
+fn derivative<T: Scalar, const N: usize>(y: T, c: &[Quad]) -> T {
+    let term = |k: usize| T::from_f64(2.0 * k as f64) * number(c[k]);
     (1..N - 1).rev().fold(term(N - 1), |sum, k| sum.mul_add(y, term(k)))
 }
 
-/// 1/(2k + 1), the coefficients of artanh x / x, and of atan x / x but for the signs.
+/// A constant in the precision of T.
 #[inline(always)]
-fn odd<T: Scalar>(k: usize) -> T {
-    reciprocal((2 * k + 1) as f64)
-}
-
-/// 1/n in the precision of T.
-#[inline(always)]
-fn reciprocal<T: Scalar>(n: f64) -> T {
-    if T::IS_EXTENDED { T::from_f64(n).recip() } else { T::from_f64(1.0 / n) }
+fn number<T: Scalar>(constant: Quad) -> T {
+    let Quad(high, low) = constant;
+    if T::IS_EXTENDED { T::from_f64(high) + T::from_f64(low) } else { T::from_f64(high) }
 }
 
 /// `near` where the mask is true, `far` elsewhere. A branch that no lane needs is not computed.
@@ -170,8 +185,8 @@ pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
     let (z, least) = (width / sum, T::select(a.lt(b), a, b));
     let near = || {
         let (scale, square) = (sum.recip(), z * z);
-        let value = two * scale * series::<T, 11>(square, odd);
-        let bend = z * derivative::<T, 7>(square, odd);
+        let value = two * scale * series::<T, 11>(square, &INVERSE_ODDS);
+        let bend = z * derivative::<T, 7>(square, &INVERSE_ODDS);
         let slope = (two + two) * a * scale * scale * scale * bend - value * scale;
         Line { value, slope }
     };
@@ -190,17 +205,24 @@ pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
 /// sin[a, b]
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn sin<T: Scalar>(a: T, b: T) -> Line<T> {
-    let edge = Edge::new(a, b);
-    let ((sin, cos), sinc) = (edge.sin_cos(), edge.sinc());
-    Line { value: cos * sinc.value, slope: (cos * sinc.slope - sin * sinc.value).half() }
+    sin_cos(a, b).0
 }
 
 /// cos[a, b]
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub fn cos<T: Scalar>(a: T, b: T) -> Line<T> {
+    sin_cos(a, b).1
+}
+
+/// sin[a, b] and cos[a, b]
+#[cfg_attr(not(debug_assertions), inline(always))]
+pub(in crate::numbers) fn sin_cos<T: Scalar>(a: T, b: T) -> (Line<T>, Line<T>) {
     let edge = Edge::new(a, b);
     let ((sin, cos), sinc) = (edge.sin_cos(), edge.sinc());
-    Line { value: -(sin * sinc.value), slope: -(cos * sinc.value + sin * sinc.slope).half() }
+    let slopes = [cos * sinc.slope - sin * sinc.value, cos * sinc.value + sin * sinc.slope];
+    let [sin_slope, cos_slope] = slopes.map(T::half);
+    let of_sin = Line { value: cos * sinc.value, slope: sin_slope };
+    (of_sin, Line { value: -(sin * sinc.value), slope: -cos_slope })
 }
 
 /// sinh[a, b]
@@ -266,8 +288,8 @@ pub fn atan<T: Scalar>(a: T, b: T) -> Line<T> {
     let near = || {
         let x = width / share;
         let (square, scale) = (-(x * x), share.recip());
-        let value = series::<T, 7>(square, odd);
-        let bend = -(x * derivative::<T, 7>(square, odd));
+        let value = series::<T, 7>(square, &INVERSE_ODDS);
+        let bend = -(x * derivative::<T, 7>(square, &INVERSE_ODDS));
         let by_share = a.mul_add(a, one) * scale;
         Line { value: value * scale, slope: scale * scale * (bend * by_share - a * value) }
     };
