@@ -21,6 +21,12 @@ const EXPLAINED_ROUNDINGS: f64 = 4.0;
 /// are few of them.
 const BOUND_OVER_MEASURED: f64 = 4.0;
 
+/// The number of times that the interval of a difference is halved. The last part is between 2^-34
+/// and 2^-50 of z: a difference that is left there is a rounding. A choice.
+const HALVINGS: u32 = 30;
+/// The share of a difference that must be left in the larger half, at every halving. A choice.
+const LEAST_PART: f64 = 1.0 / 16.0;
+
 /// Memory for a point and ∇H there.
 #[derive(Clone, Debug)]
 struct Memory<T> {
@@ -78,39 +84,87 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
     }
 }
 
-/// The rounding error of H near z = (q, p), times 1/ε, that cancellation between its terms causes:
-/// the largest difference between the change of H when z grows by a share of itself and the
-/// integral of its slope. It is 0 where |H| and the terms of ∇H·z explain the difference.
+/// The change of H over an interval of shares less the integral of its slope.
+struct Difference {
+    size: f64,
+    /// Whether H has the same value at both ends.
+    is_flat: bool,
+    /// A bound of the terms of H and of ∇H·z.
+    terms: f64,
+    /// Whether the integral is good to a sixteenth of the difference, and both are finite.
+    resolved: bool,
+}
+
+impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
+    /// The difference over an interval, by two rules.
+    fn difference(&mut self, [from, to]: [f64; 2]) -> Difference {
+        let middle = 0.5 * (from + to);
+        let [rise, slopes] = self.rise([from, to]);
+        let finer = self.rise([from, middle])[0] + self.rise([middle, to])[0];
+        let (before, after) = (self.energy(from), self.energy(to));
+        let size = ((after - before).to_f64() - finer).abs();
+        let terms = before.abs().to_f64() + after.abs().to_f64() + slopes;
+        Difference {
+            size,
+            is_flat: after == before,
+            terms,
+            resolved: size.is_finite() && (rise - finer).abs() <= size / 16.0,
+        }
+    }
+
+    /// Whether a difference over an interval remains as the interval is halved, as a jump between
+    /// neighbouring numbers does, or until H no longer changes. The difference of a thin wall that
+    /// no node has met dissolves.
+    fn is_rounding(&mut self, [mut from, mut to]: [f64; 2], size: f64) -> bool {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (from + to);
+            let [left, right] = [[from, middle], [middle, to]].map(|part| self.difference(part));
+            let larger = if left.size < right.size {
+                from = middle;
+                right
+            } else {
+                to = middle;
+                left
+            };
+            if !larger.resolved || larger.size < LEAST_PART * size {
+                return false;
+            }
+            if larger.is_flat {
+                return true;
+            }
+        }
+        true
+    }
+}
+
+/// The rounding error of H near z = (q, p), times 1/ε, that cancellation between its terms causes,
+/// or `largest` if that is larger: the largest difference between the change of H when z grows by a
+/// share of itself and the integral of its slope. It is 0 where |H| and the terms of ∇H·z explain
+/// the difference.
 ///
 /// Terms that cancel inside H, as in 1 - cos q, leave an error that |H| does not bound, and only a
 /// measurement shows it. The shares are 2^-4 to 2^-20, so that H changes by more than one unit in
-/// the last place of its terms unless z is nearly at rest. A share counts only if twice as many
-/// nodes give nearly the same integral, and both are finite. In scalars of more than 53 bits
-/// nothing is measured.
+/// the last place of its terms unless z is nearly at rest. A share counts only if its difference
+/// remains as the interval is halved. In scalars of more than 53 bits nothing is measured.
 #[cold]
 fn measure<T: Scalar, S: System<T> + ?Sized>(
     system: &S,
     [q, p]: [&[T]; 2],
     memory: &mut Memory<T>,
+    largest: f64,
 ) -> f64 {
     // The rule has 16 digits.
     if T::IS_EXTENDED {
-        return 0.0;
+        return largest;
     }
     let mut ray = Ray { system, z: [q, p], memory };
-    let here = system.energy(q, p);
-    let mut most = 0.0_f64;
+    let mut most = largest * T::EPSILON / BOUND_OVER_MEASURED;
     for power in 4..21 {
-        let share = 2.0_f64.powi(-power);
-        let [rise, size] = ray.rise([0.0, share]);
-        let halves = [[0.0, 0.5 * share], [0.5 * share, share]];
-        let finer: f64 = halves.iter().map(|part| ray.rise(*part)[0]).sum();
-        let end = ray.energy(share);
-        let off = ((end - here).to_f64() - finer).abs();
-        let terms = here.abs().to_f64() + end.abs().to_f64() + size;
-        let explained = EXPLAINED_ROUNDINGS * T::EPSILON * terms;
-        if off.is_finite() && off > explained && (rise - finer).abs() <= off / 16.0 {
-            most = most.max(off);
+        let interval = [0.0, 2.0_f64.powi(-power)];
+        let Difference { size, terms, resolved, .. } = ray.difference(interval);
+        let unexplained = size > EXPLAINED_ROUNDINGS * T::EPSILON * terms;
+        if resolved && unexplained && size > most && ray.is_rounding(interval, size) {
+            most = size;
         }
     }
     BOUND_OVER_MEASURED * most / T::EPSILON
@@ -123,7 +177,7 @@ pub(crate) fn measured_rounding<T: Scalar, S: System<T> + ?Sized>(
     q: &[T],
     p: &[T],
 ) -> f64 {
-    measure(system, [q, p], &mut Memory::new(q.len()))
+    measure(system, [q, p], &mut Memory::new(q.len()), 0.0)
 }
 
 /// The rounding of H in a run, times 1/ε: the largest that was measured so far. It is kept because
@@ -142,7 +196,7 @@ impl<T: Scalar> EnergyRounding<T> {
     /// Measures the rounding of H at (q, p), and returns the largest so far.
     #[cold]
     pub(crate) fn measure<S: System<T> + ?Sized>(&mut self, system: &S, q: &[T], p: &[T]) -> f64 {
-        self.largest = self.largest.max(measure(system, [q, p], &mut self.memory));
+        self.largest = measure(system, [q, p], &mut self.memory, self.largest);
         self.largest
     }
 
@@ -157,5 +211,51 @@ impl<T: Scalar> EnergyRounding<T> {
     pub(crate) fn of_forces(&self, energy: f64, second: f64) -> f64 {
         // The product of the two may overflow where this does not.
         (energy.abs() + self.largest).sqrt() * second.sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterbay_core::{Formulas, FromFormulas};
+
+    /// V = 1 - cos q, or a wall 10⁻⁶/(q - 1)².
+    #[derive(Clone, Copy, PartialEq)]
+    enum Potential {
+        Pendulum,
+        Wall,
+    }
+
+    impl Formulas for Potential {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn potential<T: Scalar>(&self, q: &[T]) -> T {
+            let distance = q[0] - T::one();
+            match self {
+                Self::Pendulum => T::one() - q[0].sin_cos().1,
+                Self::Wall => T::from_f64(1e-6) / (distance * distance),
+            }
+        }
+        fn dissipation<T: Scalar>(&self, _q: &[T], _v: &[T], _j: usize) -> T {
+            T::zero()
+        }
+    }
+
+    #[test]
+    fn a_rounding_is_measured_and_a_wall_is_not() {
+        for distance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6] {
+            for n in 0..50 {
+                let near = distance * (1.0 + f64::from(n) / 50.0);
+                let rounding = |potential: Potential, q: f64| {
+                    measured_rounding(&FromFormulas(potential), &[q], &[0.0])
+                };
+                let found = rounding(Potential::Pendulum, near);
+                // V is exact to half a unit in the last place of 1, which is ε.
+                assert!((0.1..=16.0).contains(&found), "{found} at q = {near}");
+                let found = rounding(Potential::Wall, 1.0 - near);
+                assert!(found <= 1e3, "{found} at {near} from the wall");
+            }
+        }
     }
 }

@@ -132,7 +132,7 @@ pub enum StepFailure {
     /// A quadrature does not resolve H along the step, so that K would change.
     #[error(
         "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): \
-         take a smaller step"
+         take a smaller step, or a method without a quadrature if H has a kink there"
     )]
     Unresolved {
         /// The nodes of the quadrature.

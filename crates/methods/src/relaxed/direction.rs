@@ -52,14 +52,16 @@ impl<V: Vector> Direction<V> {
         along(&self.stages.start, &self.q) + along(self.stages.velocity(0), &self.p) + gained
     }
 
-    /// Σ |z_j ∂H/∂z_j| + Σ |w_j| at the start, the scale of the rounding of K.
+    /// Σ (|z_j| + |d_j|) |∂H/∂z_j| + Σ (|w_j| + |e_j|) with the slopes at the start: the scale of
+    /// the rounding of K along the step. The increments count because a step may begin at z = 0.
     pub(super) fn size(&self, state: &State<V>) -> f64 {
-        let terms = |z: &V, slope: &V| {
-            sum([z.as_slice(), slope.as_slice()], |[z, slope]| (z * slope).abs())
+        let terms = |z: &V, d: &V, slope: &V| {
+            let parts = [z.as_slice(), d.as_slice(), slope.as_slice()];
+            sum(parts, |[z, d, slope]| (z.abs() + d.abs()) * slope.abs())
         };
-        let held = sum([state.w.as_slice()], |[w]| w.abs());
+        let held = sum([state.w.as_slice(), self.w.as_slice()], |[w, e]| w.abs() + e.abs());
         let [q, p] = [&self.stages.start, self.stages.velocity(0)];
-        (terms(&state.q, q) + terms(&state.p, p) + held).to_f64()
+        (terms(&state.q, &self.q, q) + terms(&state.p, &self.p, p) + held).to_f64()
     }
 
     /// Whether `change` times d moves the state by more than a rounding.

@@ -1,6 +1,6 @@
 //! K on random H(q, p) at any step size, for every method that claims to keep it.
 
-use crate::catalog::{Built, written_general};
+use crate::catalog::{As, Built, written_general};
 use crate::k_on_expressions::{Count, judge, size};
 use afterbay_core::{Grid, Method, Passive, PhasePlane, State, StateRef};
 use afterbay_methods::registry::{self, FIXED};
@@ -159,4 +159,26 @@ fn a_step_near_overflow_keeps_k_or_is_refused() {
         }
     }
     assert!(count.taken > 0, "no step was taken");
+}
+
+/// A wall thinner than the step: no method takes the wall for a rounding of H. Each keeps K, or
+/// ends with a failure.
+#[test]
+fn a_thin_wall_is_no_rounding() {
+    for (width, h, q) in [(1e-6, 0.005, -0.0271), (1e-6, 0.02, 0.0), (1e-8, 0.1, 0.0)] {
+        let system = system(&format!("p1^2/2 + {width:?}/(q1 - 1)^2"), "0", 0.0, 1);
+        let mut completed = 0;
+        for row in FIXED.iter().filter(|row| row.keeps_k) {
+            let Ok(run) = system.bind(row, As::General) else { continue };
+            let mut state = State::new(vec![q], vec![1.0]).unwrap();
+            let (before, mut off) = (state.total(&*system), 0.0_f64);
+            let outcome = run.run(Grid::new(h, 3.0).unwrap(), &mut state, 1, &mut |_, state| {
+                off = off.max((state.total(&*system) - before).abs());
+                ControlFlow::Continue(())
+            });
+            assert!(off < 1e-12, "{}, h = {h}: K is off by {off:e}", row.name);
+            completed += u32::from(outcome.is_ok());
+        }
+        assert!(completed > 0, "{width} {h}");
+    }
 }

@@ -1,7 +1,7 @@
 //! Runge-Kutta methods with relaxation: orders at the grid points, K, passivity, time, failures,
 //! memory.
 
-use crate::catalog::{As, Both, Built, chain, duffing, oscillator, pendulum, ring};
+use crate::catalog::{As, Both, Built, chain, duffing, oscillator, pendulum, ring, written};
 use crate::many;
 use crate::many::orders::check_orders;
 use afterbay_core::{
@@ -9,8 +9,8 @@ use afterbay_core::{
 };
 use afterbay_methods::registry::find;
 use afterbay_methods::{Relaxed, Rk4};
-use afterbay_systems::DampedDoublePendulum;
 use afterbay_systems::catalog::Expandable;
+use afterbay_systems::{DampedDoublePendulum, Description, DissipationText};
 use allocation_counter::measure;
 use proptest::prelude::*;
 
@@ -270,6 +270,25 @@ fn a_state_changed_from_outside_is_a_new_beginning() {
     method.step(system, 0.1, &mut state, &mut workspace).unwrap();
     method.step(system, 0.1, &mut fresh, &mut method.workspace(system).unwrap()).unwrap();
     assert_eq!(state, fresh);
+}
+
+/// A fall from rest at q = 0, where all terms of K are 0 at the start of the step.
+#[test]
+fn a_step_may_begin_where_all_terms_are_zero() {
+    let system = written(&Description {
+        potential: "9.81*q1".to_owned(),
+        dissipation: DissipationText::Forces(vec!["0.05*p1".to_owned()]),
+        ..Description::default()
+    });
+    for method in METHODS {
+        for h in [1.0, 0.1, 0.01] {
+            let mut state = State::new(vec![0.0], vec![0.0]).unwrap();
+            let before = state.clone();
+            steps(method, &*system.curved(), h, &mut state, 3).unwrap();
+            let off = drift(&*system.curved(), &before, &state);
+            assert!(off < 8.0, "{method:?}, h = {h}: {off} roundings");
+        }
+    }
 }
 
 #[test]
