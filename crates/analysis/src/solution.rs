@@ -71,8 +71,8 @@ impl<T: Scalar> Solution<T> {
     }
 
     /// The errors of q, p and w of a state computed for time i, each the largest over the degrees
-    /// of freedom, with the doubt of the reference. That of w covers the energies s, supplied
-    /// by a drive, and s_t, pumped by V(q, t).
+    /// of freedom, with the doubt of the reference. With motors, w is the energy dissipated alone:
+    /// what they supply follows from it and from (q, p), since K is constant.
     pub fn errors(&self, i: usize, found: StateRef<'_, T>) -> [Measured; 3] {
         let exact = self.at(i);
         let Doubt { qp, w } = self.doubts[i];
@@ -81,7 +81,7 @@ impl<T: Scalar> Solution<T> {
         let mut ws = [found.w, exact.w].map(Cow::Borrowed);
         if !self.motors.is_empty() {
             (qs, ps) = (qs.map(|q| &q[..n]), ps.map(|p| &p[..n]));
-            ws = [found, exact].map(|state| Cow::Owned(accounts(state, &self.motors).all()));
+            ws = [found, exact].map(|state| Cow::Owned(accounts(state, &self.motors).w));
         }
         // w is the sum of an account and the momentum of a motor.
         let w = if self.motors.is_empty() { w } else { w + qp };

@@ -177,6 +177,22 @@ fn what_is_recommended_holds_all_along() {
     assert!(checks >= 50, "{checks}");
 }
 
+/// An error of half the amplitude is no small error, in whatever units.
+#[test]
+fn small_units_are_no_small_errors() {
+    let problem = Problem {
+        model: custom("q1^2/2 + q1^4/4e-12", "0.02*p1"),
+        q: vec![1e-6],
+        p: vec![0.0],
+        end: 20.0,
+    };
+    let found = pick::run(&problem, wanted(1e-9), &Silent).expect("it runs");
+    let stays =
+        |one: &&Candidate| one.why_not.as_ref().is_some_and(|why| why.contains("however small"));
+    assert_eq!(found.others.iter().filter(stays).count(), 0, "{}", says(&found));
+    assert!(found.qualified.len() > 10, "{}", says(&found));
+}
+
 #[test]
 fn a_scene_that_is_too_sensitive_is_named() {
     // The start is on the ridge between the wells up to rounding, which grows as e^t.

@@ -159,6 +159,13 @@ impl Dense {
         self.exact.doubt()
     }
 
+    /// The largest |q_j|, |p_j| and |w_j| of the first `dof` degrees of freedom.
+    pub(super) fn size(&self, dof: usize) -> f64 {
+        let parts = self.exact.states().flat_map(|state| [state.q, state.p, state.w]);
+        let numbers = parts.flat_map(|part| &part[..dof]);
+        numbers.fold(f64::MIN_POSITIVE, |most, z| z.abs().max(most))
+    }
+
     /// The largest magnitude of the terms of K along the solution.
     pub(super) fn scale(&self, problem: &Problem) -> Result<f64, InputError> {
         let system = problem.model.system::<f64>()?;

@@ -6,6 +6,7 @@ use super::{Candidate, Wanted};
 use crate::progress::Piece;
 use afterbay_core::IntegrateError;
 use afterbay_methods::registry::{EXACT, Row};
+use cpu_time::ThreadTime;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -28,6 +29,12 @@ const LOOSEST: f64 = 0.1;
 /// The number of successive searches without halving the error after which the method is given up.
 /// It exceeds one because errors do not fall evenly where the field has kinks.
 const MOST_IDLE_SEARCHES: u32 = 3;
+/// The error, relative to the size of the motion, below which a method that no longer gains counts
+/// as idle. A choice.
+const IDLE_ERROR: f64 = 1e-3;
+/// The error, relative to the size of the motion, from which on errors may fall at their order. A
+/// choice.
+const SMALL_ERROR: f64 = 0.1;
 /// The relative accuracy of the number of steps.
 const STEPS_ACCURACY: f64 = 1.05;
 /// The most settings tried for one that holds with its neighbours: 1.06⁴⁸ = 16 times the steps.
@@ -90,7 +97,8 @@ impl<'a> Search<'a> {
         row: &'static Row,
         steps: u64,
     ) -> Result<(Trial, Result<f64, &'static str>), IntegrateError> {
-        let clock = Instant::now();
+        // The time of this thread: on a busy machine the clock counts waiting, too.
+        let clock = ThreadTime::now();
         let trial = self.run(Choice::Steps(row, steps))?;
         let took = clock.elapsed();
         let shortest = Duration::from_nanos(self.shortest.load(Ordering::Relaxed));
@@ -208,6 +216,7 @@ impl<'a> Search<'a> {
     fn bracket(&mut self, row: &'static Row) -> Result<Result<Bracket, Reached>, IntegrateError> {
         let bound = self.wanted().error;
         let order = if row.order() == EXACT { 1.0 } else { f64::from(row.order()) };
+        let size = self.bench.dense.size(self.bench.problem.model.degrees());
         let (mut steps, mut too_few, mut nearest, mut idle) = (1_u64, 0, None::<Trial>, 0);
         loop {
             let (found, growth) = self.at(row, steps)?;
@@ -223,7 +232,8 @@ impl<'a> Search<'a> {
             too_few = steps;
             let now = found.decisive;
             let before = nearest.as_ref().map_or(f64::INFINITY, |trial| trial.decisive);
-            idle = if now > bound && now > 0.5 * before && now < 1e-3 { idle + 1 } else { 0 };
+            let stays = now > bound && now > 0.5 * before && now < IDLE_ERROR * size;
+            idle = if stays { idle + 1 } else { 0 };
             if nearest.is_none() || now < before {
                 nearest = Some(found);
             }
@@ -232,7 +242,7 @@ impl<'a> Search<'a> {
             }
             // Once errors fall at their order, it predicts the number of steps.
             let share = now / bound;
-            let falls = now < 0.1 && idle == 0;
+            let falls = now < SMALL_ERROR * size && idle == 0;
             let leap = if falls { (1.05 * share.powf(1.0 / order)).clamp(1.1, 64.0) } else { 2.0 };
             steps = (steps as f64 * leap.min(growth.unwrap_or(leap))).ceil() as u64;
         }
@@ -296,7 +306,7 @@ impl<'a> Search<'a> {
 
     /// Records the time of a run that qualifies.
     fn qualifies(&self, setting: Choice) -> Result<(), IntegrateError> {
-        let clock = Instant::now();
+        let clock = ThreadTime::now();
         self.bench.run(setting)?;
         let nanoseconds = u64::try_from(clock.elapsed().as_nanos()).unwrap_or(u64::MAX);
         self.shortest.fetch_min(nanoseconds, Ordering::Relaxed);

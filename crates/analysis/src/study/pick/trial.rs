@@ -114,13 +114,13 @@ struct Watch<'a> {
     z: Vec<f64>,
 }
 
-/// The errors of (q, p) and of w, with the energies supplied by a drive and pumped by V(q, t).
+/// The errors of (q, p) and of w, the energy dissipated.
 fn off(found: StateRef<'_, f64>, z: &[f64], motors: &Motors) -> [f64; 2] {
     let (q, rest) = z.split_at(found.q.len());
     let (p, w) = rest.split_at(found.p.len());
     let n = q.len() - motors.count();
     let exact = StateRef { q, p, w, t: found.t };
-    let [found_w, exact_w] = [found, exact].map(|state| accounts(state, motors).all());
+    let [found_w, exact_w] = [found, exact].map(|state| accounts(state, motors).w);
     let pairs = [(&found.q[..n], &q[..n]), (&found.p[..n], &p[..n]), (&found_w, &exact_w)];
     let [q, p, w] = pairs.map(|(found, exact)| distance(found, exact));
     [larger_or_nan(q, p), w]
