@@ -3,6 +3,7 @@
 use assert_cmd::Command;
 use predicates::prelude::{PredicateBooleanExt, predicate};
 use predicates::str::contains;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
@@ -16,23 +17,44 @@ fn read(path: &Path) -> String {
     std::fs::read_to_string(path).expect("the file is written")
 }
 
+/// The quick paper, once in words by five threads and once in JSON by one.
 #[test]
-fn paper_writes_everything_and_says_what_holds() {
+fn the_paper_writes_everything_and_says_what_holds() {
     let folder = tempfile::tempdir().expect("a folder");
-    let out = folder.path().join("deep/er");
+    let paper = |more: &[&str]| {
+        let mut command = afterbay(&["paper", "--quick"]);
+        command.args(more).current_dir(folder.path()).env("COLUMNS", "80");
+        command.assert().success()
+    };
+    let (words, json) = std::thread::scope(|scope| {
+        let json = scope.spawn(|| paper(&["--threads", "1", "--format", "json", "--out", "json"]));
+        let words = paper(&["--threads", "5", "--out", "deep/er"]);
+        (words, json.join().expect("it is run"))
+    });
     let narrow = |text: &str| text.lines().all(|line| line.chars().count() <= 80);
-    afterbay(&["paper", "--quick", "--threads", "2", "--out", "deep/er"])
-        .current_dir(folder.path())
-        .env("COLUMNS", "80")
-        .assert()
-        .success()
+    words
         .stdout(predicate::function(narrow))
         .stdout(contains("does not hold").and(contains("figure 3.1")).and(contains("report.html")))
         .stderr(predicate::str::is_empty());
+    let findings: serde_json::Value =
+        serde_json::from_slice(&json.get_output().stdout).expect("JSON and nothing else");
+    let findings = findings.as_array().expect("a list");
+    assert!(findings.len() > 20 && findings.iter().any(|one| one["verdict"] == "fails"));
+    let out = folder.path().join("deep/er");
+    everything_is_written(&out);
+    let (five, one) = (tables(&out.join("data")), tables(&folder.path().join("json/data")));
+    assert!(one.len() >= 32 && one.contains_key("fput-chain/size.csv"), "{:?}", one.keys());
+    assert!(one.keys().eq(five.keys()));
+    for (name, table) in one {
+        assert!(table == five[&name], "{name} differs with 5 threads");
+    }
+}
+
+fn everything_is_written(out: &Path) {
     assert!(read(&out.join("report.html")).starts_with("<!DOCTYPE html>"));
     let manifest: serde_json::Value =
         serde_json::from_str(&read(&out.join("run.json"))).expect("JSON");
-    assert_eq!(manifest["threads"], 2);
+    assert_eq!(manifest["threads"], 5);
     assert_eq!(manifest["scene"]["problem"]["system"]["name"], "damped-oscillator");
     assert_eq!(manifest["scene"]["problem"]["q"], serde_json::json!([2.3]));
     let ring = &manifest["scene"]["many_degrees"][1][1]["system"];
@@ -53,20 +75,30 @@ fn paper_writes_everything_and_says_what_holds() {
     );
 }
 
-#[test]
-fn findings_come_as_json_too() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let output = afterbay(&["paper", "--quick", "--format", "json", "--out"])
-        .arg(folder.path())
-        .output()
-        .expect("runs");
-    let findings: serde_json::Value =
-        serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
-    assert!(
-        findings
-            .as_array()
-            .is_some_and(|all| all.len() > 20 && all.iter().any(|one| one["verdict"] == "fails"))
-    );
+/// The tables of a folder and of the folders in it, by their paths, without measured times.
+fn tables(folder: &Path) -> BTreeMap<String, String> {
+    let mut tables = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+        if path.is_dir() {
+            let inner = self::tables(&path).into_iter();
+            tables.extend(inner.map(|(table, text)| (format!("{name}/{table}"), text)));
+        } else if name.ends_with(".csv") {
+            tables.insert(name, without_seconds(&path));
+        }
+    }
+    tables
+}
+
+fn without_seconds(path: &Path) -> String {
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_path(path).expect("a table");
+    let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().expect("rows");
+    let seconds = rows[0].iter().position(|name| name == "seconds");
+    let kept = |row: &csv::StringRecord| {
+        let cells = row.iter().enumerate().filter(|&(i, _)| Some(i) != seconds).map(|cell| cell.1);
+        cells.collect::<Vec<_>>().join(",") + "\n"
+    };
+    rows.iter().map(kept).collect()
 }
 
 #[test]

@@ -243,7 +243,7 @@ fn a_torn_journal_is_completed() {
 
 /// The number of commands that are killed; the variable AFTERBAY_KILLS asks for more.
 fn kills() -> u64 {
-    std::env::var("AFTERBAY_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(6)
+    std::env::var("AFTERBAY_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(4)
 }
 
 #[test]

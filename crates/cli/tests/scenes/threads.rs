@@ -48,15 +48,15 @@ fn timeless(path: &Path) -> Vec<u8> {
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
-    for (command, scene) in [
-        ("run", "damped-oscillator.toml"),
-        ("study", "damped-oscillator.toml"),
-        ("run", "fput-chain.toml"),
-        ("study", "friction-matrix.toml"),
+    for (command, scene, others) in [
+        ("run", "damped-oscillator.toml", &["2"][..]),
+        ("study", "damped-oscillator.toml", &["2", "16"]),
+        ("run", "fput-chain.toml", &["5"]),
+        ("study", "friction-matrix.toml", &["2", "16"]),
     ] {
         let one = results(command, scene, "1");
         assert!(one.len() > 3, "{:?}", one.keys());
-        for threads in ["2", "5", "16"] {
+        for threads in others {
             let other = results(command, scene, threads);
             assert!(one.keys().eq(other.keys()));
             for (name, contents) in &one {

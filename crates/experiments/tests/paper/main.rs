@@ -9,10 +9,6 @@ use afterbay_experiments::paper::{self, Extent};
 use afterbay_experiments::record::Output;
 use std::sync::LazyLock;
 
-/// A quick paper that one thread has run.
-static PAPER: LazyLock<(Output, Vec<Finding>)> = LazyLock::new(|| paper_by(1));
-
-fn paper_by(threads: usize) -> (Output, Vec<Finding>) {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-    pool.install(|| paper::run(Extent::Quick, &Silent)).expect("the paper runs")
-}
+/// A quick paper.
+static PAPER: LazyLock<(Output, Vec<Finding>)> =
+    LazyLock::new(|| paper::run(Extent::Quick, &Silent).expect("the paper runs"));

@@ -1,41 +1,6 @@
-//! The contract of the tables: their columns, and results that do not depend on the number of
-//! threads.
+//! The contract of the tables: their columns.
 
-use crate::{PAPER, paper_by};
-use afterbay_experiments::record::Output;
-use std::collections::BTreeMap;
-
-/// The tables of a report by name, without measured times.
-fn tables(report: &Output) -> BTreeMap<&str, String> {
-    let tables = report.artifacts.iter().filter(|artifact| artifact.name.ends_with(".csv"));
-    tables.map(|table| (table.name.as_str(), without_seconds(&table.text))).collect()
-}
-
-fn without_seconds(table: &str) -> String {
-    let mut reader = csv::Reader::from_reader(table.as_bytes());
-    let header = reader.headers().expect("a header").clone();
-    let kept: Vec<usize> = (0..header.len()).filter(|&i| &header[i] != "seconds").collect();
-    let line = |record: &csv::StringRecord| {
-        kept.iter().map(|&i| &record[i]).collect::<Vec<_>>().join(",") + "\n"
-    };
-    let mut text = line(&header);
-    for record in reader.records() {
-        text.push_str(&line(&record.expect("a row")));
-    }
-    text
-}
-
-#[test]
-fn tables_are_the_same_to_the_bit_for_any_number_of_threads() {
-    let one = tables(&PAPER.0);
-    assert!(one.len() >= 32, "{:?}", one.keys());
-    assert!(
-        one.contains_key("data/fput-chain/size.csv") && one.contains_key("data/trajectory.csv")
-    );
-    for (name, table) in tables(&paper_by(5).0) {
-        assert!(table == one[name], "{name} differs with 5 threads");
-    }
-}
+use crate::PAPER;
 
 #[test]
 fn tables_follow_their_contract() {
