@@ -15,6 +15,7 @@ pub mod energy;
 mod ensemble;
 pub mod events;
 pub mod global_order;
+pub mod kept;
 pub mod limit_cycle;
 pub mod local_order;
 pub mod long_run;

@@ -16,8 +16,12 @@ fn scene(system: &str, start: [f64; 2], [end, step]: [f64; 2], task: &str) -> Sc
 }
 
 fn studied(scene: &Scene) -> String {
+    all_studied(scene)[0].clone()
+}
+
+fn all_studied(scene: &Scene) -> Vec<String> {
     let (_, findings) = experiment::study(scene, &Silent).expect("it runs");
-    findings[0].statement.clone()
+    findings.into_iter().map(|finding| finding.statement).collect()
 }
 
 /// A positive exponent is chaos of a bounded motion only.
@@ -98,5 +102,33 @@ fn a_run_without_a_step_has_no_deviation() {
         assert!(said.contains(&format!("{words} reached the end.{off}")), "{said}");
         assert!(!said.contains("moddg"), "{said}");
         assert_eq!(said.contains("K is off"), !off.is_empty(), "{said}");
+    }
+}
+
+/// K is 0 at the start of a fall, all energies are 0 at rest, and they grow by twelve orders of
+/// magnitude from a start near an equilibrium that repels.
+#[test]
+fn k_is_judged_beside_the_largest_energy_of_a_run() {
+    let fall = "name = \"custom\"\npotential = \"9.81*q1\"\ndissipation = [\"0.05*p1*abs(p1)\"]";
+    let duffing = "name = \"duffing\"\nparameters = { alpha = 1.0, beta = 1.0, c = 0.1 }";
+    let cycle = "name = \"van-der-pol\"\nparameters = { mu = 1.0 }";
+    for (system, q, lost) in [(fall, 0.0, true), (duffing, 0.0, false), (cycle, 1e-6, true)] {
+        let task = "[study.work-precision]\nmethods = [\"moddg\", \"rk4\"]\nsteps = [0.2, 0.1]\n\
+                    [study.long-run]\nmethods = [\"moddg\", \"rk4\"]\ncount = 400\n";
+        let said = all_studied(&scene(system, [q, 0.0], [40.0, 0.1], task));
+        let kept = said.iter().find(|said| said.starts_with("K is kept")).expect("a sentence");
+        let names = kept.split(" and not by ").map(|part| (part.contains("moddg ("), part));
+        let [keeps, loses] = names.collect::<Vec<_>>()[..] else { panic!("{kept}") };
+        assert_eq!((keeps.0, loses.0), (true, false), "{kept}");
+        assert_eq!(loses.1.contains("rk4 ("), lost, "{kept}");
+        let long =
+            said.iter().find(|said| said.starts_with("after 400 steps")).expect("a sentence");
+        let moddg = long.split("moddg, h = 0.1: ").nth(1).expect("its part");
+        let off: f64 = moddg.split(' ').next().and_then(|off| off.parse().ok()).expect("a number");
+        assert!(off < 1e-13 && (q != 0.0 || lost || off == 0.0), "{long}");
+        for said in &said {
+            let none = ["inf", "NaN", "not known", "No run"].map(|word| said.contains(word));
+            assert_eq!(none, [false; 4], "{said}");
+        }
     }
 }

@@ -34,9 +34,10 @@ pub struct LongRunRow {
     pub steps: u64,
     /// Time at the end of the window.
     pub t: f64,
-    /// Root of the mean of ((K - K0)/K0)².
+    /// Root of the mean of ((K - K0)/E)², where E is the largest |H| + Σ |w_j| + ½ Σ |p_j ∂H/∂p_j|
+    /// of the samples so far.
     pub rms: f64,
-    /// Mean of (K - K0)/|K0|.
+    /// Mean of (K - K0)/E.
     pub mean: f64,
 }
 

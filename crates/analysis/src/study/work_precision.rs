@@ -2,6 +2,7 @@
 
 use super::Problem;
 use super::cell::{Cell, Study, compute_all};
+use super::kept::LargestEnergy;
 use super::outcome::{COMPLETED, Ending};
 use super::passivity::Passivity;
 use crate::progress::Progress;
@@ -54,6 +55,9 @@ pub struct WorkRow {
     /// The relative and absolute tolerance of q, p and w, where steps follow from it; `h` is then
     /// the mean step.
     pub tolerance: Option<f64>,
+    /// max |K - K0| as a share of the largest |H| + Σ |w_j| + ½ Σ |p_j ∂H/∂p_j| of the run.
+    #[serde(skip)]
+    pub k_share: f64,
 }
 
 impl WorkRow {
@@ -91,8 +95,8 @@ pub struct WorkPrecision<'a> {
 /// The result of a cell of the study.
 #[derive(Serialize, Deserialize)]
 pub enum Part {
-    /// The row of a run, without its time.
-    Errors(Box<WorkRow>),
+    /// The row of a run, without its time, and its [`WorkRow::k_share`].
+    Errors(Box<WorkRow>, f64),
     /// The time of a run in seconds; none if it did not complete.
     Seconds(Option<f64>),
 }
@@ -123,7 +127,7 @@ impl<'a> WorkPrecision<'a> {
         let (mut rows, mut times) = (Vec::new(), Vec::new());
         for part in parts {
             match part {
-                Part::Errors(row) => rows.push(*row),
+                Part::Errors(row, k_share) => rows.push(WorkRow { k_share, ..*row }),
                 Part::Seconds(seconds) => times.push(seconds),
             }
         }
@@ -169,7 +173,9 @@ impl Study for WorkPrecision<'_> {
     ) -> Result<Part, IntegrateError> {
         let (row, setting) = self.runs[index % self.runs.len()];
         let part = if index < self.runs.len() {
-            Part::Errors(Box::new(errors(self.problem, row, setting, exact, progress)?))
+            let row = errors(self.problem, row, setting, exact, progress)?;
+            let k_share = row.k_share;
+            Part::Errors(Box::new(row), k_share)
         } else {
             Part::Seconds(seconds(self.problem, row, setting, progress))
         };
@@ -197,6 +203,7 @@ struct Watch<'a> {
     system: Arc<dyn Abilities<f64>>,
     total: f64,
     drift: f64,
+    largest: LargestEnergy,
     steps: u64,
     passivity: Passivity,
     progress: &'a dyn Progress,
@@ -206,11 +213,14 @@ impl<'a> Watch<'a> {
     fn new(problem: &Problem, progress: &'a dyn Progress) -> Result<Self, IntegrateError> {
         let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
         let passivity = Passivity::new(&problem.model, start.state_ref())?;
-        Ok(Self { total: start.total(&*system), system, drift: 0.0, steps: 0, passivity, progress })
+        let (total, mut largest) = (start.total(&*system), LargestEnergy::default());
+        largest.see(&*system, start.state_ref());
+        Ok(Self { system, total, drift: 0.0, largest, steps: 0, passivity, progress })
     }
 
     fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
         self.drift = self.drift.max((state.total(&*self.system) - self.total).abs());
+        self.largest.see(&*self.system, state);
         self.passivity.see(state);
         self.steps = step;
         if self.progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -244,6 +254,7 @@ impl<'a> Watch<'a> {
             doubt_qp: doubt.qp,
             doubt_w: doubt.w,
             tolerance,
+            k_share: self.largest.share(self.drift),
         }
     }
 }

@@ -60,10 +60,11 @@ fn sheet(scene: &Scene, plan: &LongRunPlan, found: &[LongRun]) -> Result<Sheet, 
     sheet.text(format!(
         "Each method takes {count} steps from each of {STARTS} starts: that of the scene, and \
          starts with amplitudes larger by 1/1024, 2/1024, … of it. K is computed in 106 bits at \
-         about a hundred samples in each of four windows per decade. The deviation of a method \
-         that keeps K grows like √t if roundings are independent, and like t if they are biased; \
-         that of any other method is its truncation error. The exponent is the slope of log rms \
-         against log t over the last two decades, with its 95 % confidence interval."
+         about a hundred samples in each of four windows per decade. Its deviation is relative to \
+         the largest |H| + T + Σ |w_j| of the samples so far, T = ½ Σ |p_j ∂H/∂p_j|. That of a \
+         method that keeps K grows like √t if roundings are independent, and like t if they are \
+         biased; that of any other method is its truncation error. The exponent is the slope of \
+         log rms against log t over the last two decades, with its 95 % confidence interval."
     ));
     sheet.find("K in a long run", readings(found, count), how_k_grows);
     let header = [
@@ -79,15 +80,15 @@ fn sheet(scene: &Scene, plan: &LongRunPlan, found: &[LongRun]) -> Result<Sheet, 
     let chart = LineChart {
         title: "K in a long run".into(),
         x: Axis::log(scene.units.time("time t")),
-        y: Axis::log("|K - K₀| / |K₀|, rms of a window"),
+        y: Axis::log("|K - K₀| / largest energy, rms of a window"),
         curves: found.iter().map(chart_of).collect(),
         guides: vec![0.5, 1.0],
     };
     sheet.show(
         "long-run",
         &chart,
-        "Deviation of K relative to K, root mean square over the samples of a window and the \
-         starts. Dashed: growth like √t and like t.",
+        "Deviation of K relative to the largest energy so far, root mean square over the samples \
+         of a window and the starts. Dashed: growth like √t and like t.",
         "long_run",
     );
     Ok(sheet)
@@ -95,8 +96,11 @@ fn sheet(scene: &Scene, plan: &LongRunPlan, found: &[LongRun]) -> Result<Sheet, 
 
 fn how_k_grows(r: &Readings) -> Said {
     let one = |label: &str| {
-        let rms = r.number(label, "rms");
-        format!("{label}: {rms:.0e} of K, {}{}", growth(r, label), ended(r, label))
+        let off = match r.known(label, "rms") {
+            Some(rms) => format!("{rms:.0e} of the largest energy, {}", growth(r, label)),
+            None => "no window was completed".to_owned(),
+        };
+        format!("{label}: {off}{}", ended(r, label))
     };
     let steps = r.number("run", "steps");
     let statement = format!("after {steps} steps: {}", r.each("rms", one));

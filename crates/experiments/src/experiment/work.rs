@@ -35,7 +35,7 @@ fn sheet(scene: &Scene, plan: &WorkPrecisionPlan, found: &[WorkRow]) -> Result<S
         problem.end
     ));
     sheet.doubt("Accuracy", found.iter().flat_map(|row| [row.qp(), row.w()]).flatten());
-    cheapest(&mut sheet, "The scene", problem, found)?;
+    cheapest(&mut sheet, "The scene", found);
     let mut methods = names(&plan.methods);
     if !plan.tolerances.is_empty() {
         methods.extend(names(&plan.adaptive));

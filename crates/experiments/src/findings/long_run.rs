@@ -61,6 +61,9 @@ pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
 /// The growth of the deviation of one run, from its readings.
 pub(crate) fn growth(r: &Readings, label: &str) -> String {
     let (slope, margin) = (r.number(label, "exponent"), r.number(label, "margin"));
+    if r.number(label, "rms") == 0.0 {
+        return NOT_GROWING.into();
+    }
     if slope.is_nan() {
         return "growth not known".into();
     }

@@ -1,13 +1,10 @@
 //! Accuracy against cost: the table of runs, the cheapest of them, and which methods keep K.
 
-use super::{KEPT, kept};
 use crate::claim::{Readings, Said, list, sci};
 use crate::report::Verdict;
 use crate::sheet::{Sheet, measured, scientific};
-use afterbay_analysis::progress::Silent;
-use afterbay_analysis::study::Problem;
+use afterbay_analysis::study::kept::LARGEST_DRIFT;
 use afterbay_analysis::study::work_precision::WorkRow;
-use afterbay_core::{IntegrateError, accounts};
 
 /// The columns of a table of runs, see [`cells`].
 pub(crate) const HEADER: [&str; 9] = [
@@ -27,13 +24,7 @@ const WANTED: f64 = 1e-4;
 
 /// States the cheapest runs within [`WANTED`], with K kept and without, and which methods keep K at
 /// all.
-pub(crate) fn cheapest(
-    sheet: &mut Sheet,
-    name: &str,
-    problem: &Problem,
-    rows: &[WorkRow],
-) -> Result<(), IntegrateError> {
-    let size = size(problem)?;
+pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     let (mut cheapest, mut worst) =
         (Readings::default().and("q, p and w", "wanted", WANTED), Readings::default());
     for of in rows.chunk_by(|a, b| a.method == b.method) {
@@ -46,32 +37,14 @@ pub(crate) fn cheapest(
         if let Some(row) = best {
             cheapest.add(row.method, "setting", row.setting());
             cheapest.add(row.method, "seconds", row.seconds);
-            cheapest.add(row.method, "drift", row.k_drift / size);
+            cheapest.add(row.method, "drift", row.k_share);
         }
         let done = of.iter().filter(|row| row.error_qp.is_some());
-        let drift = done.map(|row| row.k_drift / size).reduce(f64::max);
+        let drift = done.map(|row| row.k_share).reduce(f64::max);
         worst.add(of[0].method, "drift", drift);
     }
     sheet.find(&format!("{name}, cost of an error of {WANTED:e}"), cheapest, the_cheapest);
     sheet.find(&format!("{name}, K in these runs"), worst, who_keeps_k);
-    Ok(())
-}
-
-/// The magnitude of the terms of K at the start: |H| plus the kinetic part ½ |p·∂H/∂p|, since H
-/// itself may be 0.
-fn size(problem: &Problem) -> Result<f64, IntegrateError> {
-    let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
-    let [mut hq, mut hp] = [0; 2].map(|_| vec![0.0; start.q.len()]);
-    system.gradient(&start.q, &start.p, &mut hq, &mut hp);
-    let kinetic: f64 = start.p.iter().zip(&hp).map(|(p, v)| 0.5 * (p * v).abs()).sum();
-    let at_start = system.energy(&start.q, &start.p).abs() + kinetic;
-    let motors = problem.model.motors();
-    if motors.is_empty() {
-        return Ok(at_start);
-    }
-    // A driven system may start at rest, and V(q, t) may grow. Its energies at the end count too.
-    let end = problem.solution(problem.end, 1, &Silent)?;
-    Ok(accounts(end.at(1), &motors).all().iter().fold(at_start, |size, x| size + x.abs()))
 }
 
 /// States the cheapest run within the wanted error, and the cheapest of those that keep K, as
@@ -79,13 +52,14 @@ fn size(problem: &Problem) -> Result<f64, IntegrateError> {
 fn the_cheapest(r: &Readings) -> Said {
     let all = r.numbers("seconds");
     let best = |keeps: bool| {
-        let able = all.iter().filter(|(name, _)| !keeps || r.number(name, "drift") <= KEPT);
+        let able =
+            all.iter().filter(|(name, _)| !keeps || r.number(name, "drift") <= LARGEST_DRIFT);
         let timed = able.filter(|(_, seconds)| !seconds.is_nan());
         timed.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, _)| *name)
     };
     let say = |name: &str| {
         format!(
-            "{name} at {} ({} s, K off by {} of its size)",
+            "{name} at {} ({} s, K off by {} of the largest energy)",
             r.word(name, "setting"),
             sci(r.number(name, "seconds")),
             sci(r.number(name, "drift"))
@@ -112,15 +86,17 @@ fn the_cheapest(r: &Readings) -> Said {
 /// States which methods keep K in all runs that reached the end.
 fn who_keeps_k(r: &Readings) -> Said {
     let all = r.numbers("drift");
-    let part = |word: &str| {
-        let of = all.iter().filter(|(_, drift)| !drift.is_nan() && kept(*drift) == word);
+    let part = |keeps: bool| {
+        let known = all.iter().filter(|(_, drift)| !drift.is_nan());
+        let of = known.filter(|(_, drift)| (*drift <= LARGEST_DRIFT) == keeps);
         list(of.map(|(name, drift)| format!("{name} ({})", sci(*drift))))
     };
     let mut statement = format!(
         "K is kept at every step and tolerance by {} and not by {} (in parentheses max |K - K₀| \
-         relative to the size of K at the start).",
-        part("keeps K"),
-        part("does not keep K"),
+         relative to the largest |H| + T + Σ |w_j| of the run, T = ½ Σ |p_j ∂H/∂p_j|; up to \
+         {LARGEST_DRIFT:.0e} counts as kept).",
+        part(true),
+        part(false),
     );
     let none: Vec<_> = all.iter().filter(|(_, drift)| drift.is_nan()).collect();
     if !none.is_empty() {

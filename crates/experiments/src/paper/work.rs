@@ -55,7 +55,7 @@ fn of_system(
     let data = format!("{folder}work_precision");
     sheet.data(&data, found)?;
     sheet.runs.extend(found.iter().map(|row| RunOutcome::of_work(row, problem.model.name())));
-    cheapest(sheet, name, problem, found)?;
+    cheapest(sheet, name, found);
     let methods: Vec<_> = COMPARED.into_iter().chain(ADAPTIVE.iter().map(|row| row.name)).collect();
     let (end, methods, curve) = (problem.end, &methods[..], as_measured);
     let runs = Runs { name: Some(name), end, methods, found, curve };

@@ -3,6 +3,7 @@
 use super::{SAMPLES, Setup};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
+use crate::study::kept::LargestEnergy;
 use crate::study::outcome::Ending;
 use afterbay_core::{
     Grid, IntegrateError, Lanewise, Quad, RunError, STEPS_OF_BLOCK, Scalar, State, StateRef,
@@ -36,6 +37,20 @@ impl Window {
     }
 }
 
+/// The window under way, and the largest energy of all samples so far.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Samples {
+    window: Window,
+    largest: LargestEnergy,
+}
+
+impl Samples {
+    fn see(&mut self, exact: &dyn System<Quad>, state: &State<Vec<Quad>>, initial: Quad) {
+        self.largest.see(exact, state.state_ref());
+        self.window.see(self.largest.share((state.total(exact) - initial).to_f64()));
+    }
+}
+
 /// The number of runs side by side.
 pub(super) const WIDTH: usize = f64x8::LANES;
 /// The steps of a leg, times degrees of freedom. A choice: a leg takes some seconds at most. Each
@@ -58,8 +73,7 @@ pub struct Followed {
 pub(super) struct FollowedRun {
     /// The windows that are completed.
     pub(super) windows: Vec<Window>,
-    /// The window under way.
-    under_way: Window,
+    under_way: Samples,
     pub(super) ending: Ending,
     /// q, p, w and the part of w below its rounding; none once the run has failed.
     state: Option<[Vec<f64>; 4]>,
@@ -67,9 +81,10 @@ pub(super) struct FollowedRun {
 
 impl FollowedRun {
     fn new(start: &Problem) -> Result<Self, IntegrateError> {
-        let State { q, p, w, .. } = start.start()?;
-        let remainder = vec![0.0; w.len()];
-        let (windows, under_way) = (Vec::new(), Window::default());
+        let (mut under_way, first) = (Samples::default(), start.start::<f64>()?);
+        under_way.largest.see(&*start.model.system::<f64>()?, first.state_ref());
+        let State { q, p, w, .. } = first;
+        let (windows, remainder) = (Vec::new(), vec![0.0; w.len()]);
         let state = Some([q, p, w, remainder]);
         Ok(Self { windows, under_way, ending: Ending::interrupted(), state })
     }
@@ -189,10 +204,10 @@ impl Followed {
         let [q, p, w, mut remainder] = [0, 1, 2, 3].map(pack);
         let mut state = State { q, p, w, t: T::from_f64(span.begin as f64 * span.h) };
         let initial = initial(starts, &*exact)?;
-        let mut windows: Vec<Window> = self.runs.iter().map(|run| run.under_way).collect();
+        let mut samples: Vec<Samples> = self.runs.iter().map(|run| run.under_way).collect();
         let mut see = |state: StateRef<'_, T>| {
-            for (k, (window, &initial)) in windows.iter_mut().zip(&initial).enumerate() {
-                window.see(deviation(total(&*exact, state, |x: T| x.lane(k)), initial));
+            for (k, (samples, &initial)) in samples.iter_mut().zip(&initial).enumerate() {
+                samples.see(&*exact, &lifted(state, |x: T| x.lane(k)), initial);
             }
         };
         let result = leg(method, span, (&mut state, &mut remainder), reach, progress, &mut see);
@@ -203,9 +218,9 @@ impl Followed {
             return Ok(Beside::Apart);
         }
         let parts = [&state.q, &state.p, &state.w, &remainder];
-        for (k, (run, window)) in self.runs.iter_mut().zip(windows).enumerate() {
+        for (k, (run, samples)) in self.runs.iter_mut().zip(samples).enumerate() {
             let state = parts.map(|part| part.iter().map(|x| x.lane(k)).collect());
-            run.complete(span, window, Some(state), Ending::of(&result, 1, 1));
+            run.complete(span, samples, Some(state), Ending::of(&result, 1, 1));
         }
         Ok(Beside::Finished)
     }
@@ -227,16 +242,16 @@ impl FollowedRun {
         let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
         let mut state = State { q, p, w, t: span.begin as f64 * span.h };
         let initial = initial(std::slice::from_ref(start), &*exact)?[0];
-        let mut window = self.under_way;
+        let mut samples = self.under_way;
         let mut see = |state: StateRef<'_, f64>| {
-            window.see(deviation(total(&*exact, state, |x| x), initial));
+            samples.see(&*exact, &lifted(state, |x| x), initial);
         };
         let result = leg(&method, span, (&mut state, &mut remainder), reach, progress, &mut see);
         if progress.stopped() {
             return Ok(false);
         }
         let state = result.is_ok().then_some([state.q, state.p, state.w, remainder]);
-        self.complete(span, window, state, Ending::of(&result, 1, 1));
+        self.complete(span, samples, state, Ending::of(&result, 1, 1));
         Ok(true)
     }
 
@@ -244,14 +259,14 @@ impl FollowedRun {
     fn complete(
         &mut self,
         span: Span,
-        window: Window,
+        samples: Samples,
         state: Option<[Vec<f64>; 4]>,
         ending: Ending,
     ) {
         let [window_ends, run_ends] = span.completes;
-        self.under_way = window;
+        self.under_way = samples;
         if state.is_some() && window_ends {
-            self.windows.push(std::mem::take(&mut self.under_way));
+            self.windows.push(std::mem::take(&mut self.under_way.window));
         }
         if state.is_none() || run_ends {
             self.ending = ending;
@@ -276,7 +291,7 @@ pub(super) fn lanes(
 
 /// K at the starts.
 fn initial(starts: &[Problem], exact: &dyn System<Quad>) -> Result<Vec<Quad>, IntegrateError> {
-    let of = |start: &Problem| Ok(total(exact, start.start::<f64>()?.state_ref(), |x| x));
+    let of = |start: &Problem| Ok(start.start::<Quad>()?.total(exact));
     starts.iter().map(of).collect()
 }
 
@@ -308,20 +323,11 @@ fn leg<T: Scalar>(
     })
 }
 
-/// (K - K0)/|K0|
-fn deviation(total: Quad, initial: Quad) -> f64 {
-    ((total - initial) / initial.abs()).to_f64()
-}
-
-/// K of one of the runs in a state, in 106 bits.
-fn total<T: Scalar>(
-    system: &dyn System<Quad>,
-    state: StateRef<'_, T>,
-    of: impl Fn(T) -> f64,
-) -> Quad {
+/// The state of one of the runs, in 106 bits.
+fn lifted<T: Scalar>(state: StateRef<'_, T>, of: impl Fn(T) -> f64) -> State<Vec<Quad>> {
     let lift = |part: &[T]| part.iter().map(|&x| Quad::from_f64(of(x))).collect::<Vec<_>>();
     let t = Quad::from_f64(of(state.t));
-    State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }.total(system)
+    State { q: lift(state.q), p: lift(state.p), w: lift(state.w), t }
 }
 
 #[cfg(test)]

@@ -56,7 +56,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         "A method that keeps K changes it only by the roundings of each step, which add up. Each \
          run takes {steps} steps on a chain of 8 without friction (β = 1, from rest as a sine), \
          from each of {} starts with the amplitudes 1, 1 + 1/1024, …. K is computed in 106 bits at \
-         about a hundred samples in each of four windows per decade. The deviation grows like √t \
+         about a hundred samples in each of four windows per decade, relative to the largest |H| \
+         + T + Σ |w_j| of the samples so far, T = ½ Σ |p_j ∂H/∂p_j|. The deviation grows like √t \
          if roundings are independent, and like t if they are biased. The exponent is the slope of \
          log rms against log t over the last two decades, with its 95 % confidence interval. The \
          windows of a run are not independent, so that the interval is too narrow. A \
@@ -81,15 +82,15 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     let chart = LineChart {
         title: "The chain without friction: K in a long run".into(),
         x: Axis::log("time t"),
-        y: Axis::log("|K - K₀| / |K₀|, rms of a window"),
+        y: Axis::log("|K - K₀| / largest energy, rms of a window"),
         curves: found.iter().map(chart_of).collect(),
         guides: vec![0.5, 1.0],
     };
     sheet.show(
         "fput-chain-long-run",
         &chart,
-        "Deviation of K relative to K, root mean square over the samples of a window and the \
-         starts. Dashed: growth like √t and like t.",
+        "Deviation of K relative to the largest energy so far, root mean square over the samples \
+         of a window and the starts. Dashed: growth like √t and like t.",
         "fput-chain/long_run",
     );
     Ok(())
@@ -123,7 +124,7 @@ fn in_a_long_run(r: &Readings) -> Said {
     };
     let all: Vec<_> = claimed.into_iter().chain(contrast).map(say).collect();
     let statement = format!(
-        "after {} steps {says}. rms of (K - K₀)/K₀: {}.",
+        "after {} steps {says}. rms of K - K₀ relative to the largest energy: {}.",
         r.number("run", "steps"),
         all.join("; ")
     );

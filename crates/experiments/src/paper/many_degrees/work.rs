@@ -41,7 +41,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| RunOutcome::of_work(row, problem.model.name())));
         let title = format!("{name} with N = {}", problem.model.dof());
-        cheapest(sheet, &title, &problem, &found)?;
+        cheapest(sheet, &title, &found);
         let methods: Vec<_> =
             names.iter().copied().chain(ADAPTIVE.iter().map(|row| row.name)).collect();
         let (end, methods, curve) = (problem.end, &methods[..], as_measured);
