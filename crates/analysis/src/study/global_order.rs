@@ -5,11 +5,15 @@ use super::outcome::Ending;
 use super::{Problem, VARIABLES};
 use crate::progress::{Piece, Progress};
 use crate::{Measured, Solution};
-use afterbay_core::{Grid, IntegrateError};
+use afterbay_core::{Grid, IntegrateError, accounts};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
+
+/// The largest error that may be rounding, relative to the largest value of the variable. A
+/// choice, well above the roundings of a run.
+pub const ROUNDING: f64 = 1e-11;
 
 /// A row of `global_orders.csv`.
 #[derive(Clone, Debug, Serialize)]
@@ -24,7 +28,7 @@ pub struct GlobalRow {
     /// its end.
     pub error: Option<f64>,
     /// log(e/e')/log(h/h'), where h' and e' are the step and the error of the row before; none if
-    /// one of the two errors is not resolved.
+    /// one of the two errors is not resolved, or may be rounding ([`ROUNDING`]).
     pub order: Option<f64>,
     /// The largest doubt of the reference over the run.
     pub doubt: f64,
@@ -142,13 +146,12 @@ impl GlobalOrder<'_> {
         for (method, errors) in methods.iter().zip(errors.chunks(steps.len().max(1))) {
             for (variable, name) in VARIABLES.into_iter().enumerate() {
                 let mut before: Option<(f64, Measured)> = None;
-                for (&h, Errors { errors, doubts, ending }) in steps.iter().zip(errors) {
+                for (&h, Errors { errors, doubts, roundings, ending }) in steps.iter().zip(errors) {
                     let error = errors.map(|errors| errors[variable]);
                     let Ending { outcome, failure } = ending.clone();
-                    let resolved =
-                        before.zip(error).filter(|((_, a), b)| a.is_resolved() && b.is_resolved());
-                    let order =
-                        resolved.map(|((h0, a), b)| (b.error / a.error).ln() / (h / h0).ln());
+                    let tells = |of: Measured| of.is_resolved() && of.error > roundings[variable];
+                    let pair = before.zip(error).filter(|&((_, a), b)| tells(a) && tells(b));
+                    let order = pair.map(|((h0, a), b)| (b.error / a.error).ln() / (h / h0).ln());
                     rows.push(GlobalRow {
                         method: method.name,
                         variable: name,
@@ -175,6 +178,19 @@ fn solution(
     problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)
 }
 
+/// The largest errors of q, p and w that may be rounding, along a solution.
+fn roundings(problem: &Problem, solution: &Solution<f64>) -> [f64; 3] {
+    let (n, motors) = (problem.model.degrees(), problem.model.motors());
+    let mut sizes = [0.0_f64; 3];
+    for state in solution.states() {
+        let exchanged = accounts(state, &motors).all();
+        for (size, part) in sizes.iter_mut().zip([&state.q[..n], &state.p[..n], &exchanged]) {
+            *size = part.iter().fold(*size, |most, x| most.max(x.abs()));
+        }
+    }
+    sizes.map(|size| ROUNDING * size)
+}
+
 /// The ratio h/finest if it is a power of two to the bit, so that the times of h are among those of
 /// the finest step and one solution serves both.
 fn doublings(finest: f64, h: f64) -> Option<usize> {
@@ -190,6 +206,8 @@ pub struct Errors {
     errors: Option<[Measured; 3]>,
     /// The largest doubts of q, p and w.
     doubts: [f64; 3],
+    /// The largest errors of q, p and w that may be rounding.
+    roundings: [f64; 3],
     ending: Ending,
 }
 
@@ -217,5 +235,6 @@ fn largest_error(
     let ending = Ending::of(&result, grid.steps, done);
     let doubt = solution.doubt();
     let errors = ending.is_completed().then_some(largest);
-    Ok(Errors { errors, doubts: [doubt.qp, doubt.qp, doubt.w], ending })
+    let doubts = [doubt.qp, doubt.qp, doubt.w];
+    Ok(Errors { errors, doubts, roundings: roundings(problem, solution), ending })
 }

@@ -10,14 +10,12 @@ use crate::report::Verdict;
 use crate::scene::{Scene, StepsPlan};
 use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors};
 use afterbay_analysis::study::VARIABLES;
-use afterbay_analysis::study::global_order::{GlobalOrder, GlobalRow};
+use afterbay_analysis::study::global_order::{GlobalOrder, GlobalRow, ROUNDING};
 use afterbay_analysis::study::outcome::Ending;
 use afterbay_methods::registry::{EXACT, Row};
 
 /// The table from which the charts are made.
 const DATA: &str = "global_orders";
-/// The least error from which an order is taken, well above rounding.
-const ABOVE_ROUNDING: f64 = 1e-11;
 /// An order found this far below the claimed one is not that of the method. A choice.
 const FAR_BELOW: f64 = 0.7;
 
@@ -40,8 +38,9 @@ fn sheet(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow]) -> Result<Sheet, 
     }));
     sheet.text(format!(
         "The largest error of each variable over [0, {}] and over the degrees of freedom. The \
-         order is computed from the two finest steps whose errors exceed {ABOVE_ROUNDING:e} and \
-         are at least ten times the doubt of the reference.",
+         order is computed from the two finest steps in a row whose errors exceed {ROUNDING:e} \
+         of the largest value of the variable, so that they are no roundings, and are at least ten \
+         times the doubt of the reference.",
         problem.end
     ));
     sheet.doubt("Global errors", found.iter().filter_map(GlobalRow::measured));
@@ -65,10 +64,9 @@ fn sheet(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow]) -> Result<Sheet, 
     Ok(sheet)
 }
 
-/// The order of a variable at the finest step whose error is above rounding.
+/// The order of a variable at the finest step that has one.
 fn order(found: &[GlobalRow], method: &str, variable: &str) -> Option<f64> {
-    let above = |row: &&GlobalRow| row.error.is_some_and(|error| error > ABOVE_ROUNDING);
-    GlobalRow::of(found, method, variable).filter(above).filter_map(|row| row.order).next_back()
+    GlobalRow::of(found, method, variable).filter_map(|row| row.order).next_back()
 }
 
 const HEADER: [&str; 8] =

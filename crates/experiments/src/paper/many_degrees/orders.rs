@@ -6,7 +6,7 @@ use crate::claim::{Readings, Said, fixed, list, verdict};
 use crate::paper::{Extent, Paper};
 use crate::sheet::{ReportError, Sheet, decimal, marked, table};
 use afterbay_analysis::study::VARIABLES;
-use afterbay_analysis::study::global_order::{self, GlobalRow};
+use afterbay_analysis::study::global_order::{self, GlobalRow, ROUNDING};
 use afterbay_methods::registry;
 
 /// The methods for separable systems ...
@@ -33,9 +33,6 @@ pub(super) fn end(extent: Extent) -> f64 {
 pub(super) fn masses(extent: Extent) -> usize {
     extent.pick(8, 3)
 }
-
-/// The least error from which an order is taken, well above rounding.
-const ABOVE_ROUNDING: f64 = 1e-11;
 
 /// The largest difference of an order from the one claimed.
 const AGREEMENT: f64 = 0.25;
@@ -97,9 +94,7 @@ fn points(rows: &[GlobalRow], method: &str, variable: &str) -> Vec<(f64, f64)> {
 
 /// The orders between successive steps whose errors are above rounding, from coarse to fine.
 fn orders(rows: &[GlobalRow], method: &str, variable: &str) -> Vec<f64> {
-    let above = GlobalRow::of(rows, method, variable)
-        .filter(|row| row.error.is_some_and(|error| error > ABOVE_ROUNDING));
-    above.filter_map(|row| row.order).collect()
+    GlobalRow::of(rows, method, variable).filter_map(|row| row.order).collect()
 }
 
 /// The order between the two finest of these steps.
@@ -169,8 +164,8 @@ fn as_claimed(r: &Readings) -> Said {
         apart => format!("{} (the last two apart by {apart:.2})", say(name)),
     });
     let statement = format!(
-        "{says}; between the two smallest steps whose error stands above {ABOVE_ROUNDING:.0e}, \
-         within {AGREEMENT}. Not settled before rounding, and not judged: {}.",
+        "{says}; between the two smallest steps whose error stands above {ROUNDING:.0e} of the \
+         largest value, within {AGREEMENT}. Not settled before rounding, and not judged: {}.",
         list(unsettled)
     );
     (verdict(holds), statement)
