@@ -1,12 +1,12 @@
 //! The overdamped oscillator with every method: each has a row, and its verdict follows from its
 //! numbers.
 
-use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::decay::{self, Decay, DecayRow};
 use afterbay_analysis::study::energy::{self, EnergyRow, EnergyRun};
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
+use afterbay_analysis::{Measured, Model};
 use afterbay_core::{IntegrateError, System};
 use afterbay_experiments::paper::{self, Extent};
 use afterbay_methods::registry::{FIXED, Row, find};
@@ -101,7 +101,7 @@ fn energy_run(energies: [f64; 3], drift: f64, ending: Ending) -> EnergyRun {
         pumped: Vec::new(),
     };
     let rows = (0..3).map(row).collect();
-    EnergyRun { method: "any", rows, drift, violations: Some(0), ending }
+    EnergyRun { method: "any", rows, drift, w: Measured::default(), violations: Some(0), ending }
 }
 
 fn completed() -> Ending {

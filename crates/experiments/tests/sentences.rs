@@ -132,3 +132,22 @@ fn k_is_judged_beside_the_largest_energy_of_a_run() {
         }
     }
 }
+
+/// The states kept are a period apart, so that K and H are nearly the same in all of them.
+#[test]
+fn k_and_the_rise_of_h_are_those_of_every_step() {
+    let oscillator = "name = \"custom\"\npotential = \"k*q1^2/2\"\ndissipation = [\"b*v1\"]\n\
+                      parameters = { k = \"(2*pi)^2\", b = 1e-6 }";
+    let event = "every = 20\n[run.events.top]\nof = \"p1\"";
+    for kept in ["every = 1", "every = 20", "sample = 1.0", event] {
+        let study = "[study.energy]\nmethods = [\"gonzalez\"]\nevery = 20";
+        let task = format!("[run]\nmethods = [\"leapfrog\"]\n{kept}\n{study}");
+        let scene = scene(oscillator, [1.0, 0.0], [4.0, 0.05], &task);
+        let (_, findings) = experiment::run(&scene, &Silent).expect("it runs");
+        let said = &findings.last().expect("a finding").statement;
+        assert!(said.contains("it rises with leapfrog 5e-1. 1 of 1 runs"), "{kept}: {said}");
+        assert!(said.contains("K is off by leapfrog 5e-1;"), "{kept}: {said}");
+        let balance = studied(&scene);
+        assert!(balance.ends_with(", w by 2.4e-6."), "{kept}: {balance}");
+    }
+}

@@ -80,6 +80,8 @@ pub struct EnergyRun {
     pub rows: Vec<EnergyRow>,
     /// max |K - K0| over all steps.
     pub drift: f64,
+    /// The largest error of w over all steps.
+    pub w: Measured,
     /// Steps that violate passivity; none where the system is not known to be passive.
     pub violations: Option<u64>,
     /// The outcome of the run.
@@ -157,7 +159,7 @@ fn follow(
     let (n, motors) = (problem.model.degrees(), problem.model.motors());
     let reference = Reference { system: &*system, solution, n, motors: &motors };
     let grid = Grid::<f64>::new(*h, problem.end)?;
-    let (mut rows, mut drift) = (Vec::new(), 0.0_f64);
+    let (mut rows, mut drift, mut largest) = (Vec::new(), 0.0_f64, Measured::default());
     let (mut energy_before, mut done) = (None, 0);
     let mut piece = Piece::new(progress);
     let mut passivity = Passivity::new(&problem.model, state.state_ref())?;
@@ -168,17 +170,21 @@ fn follow(
         let off = state.total(&*system) - total;
         drift = drift.max(off.abs());
         passivity.see(state);
+        let found = accounts(state, &motors);
+        let w_error = reference.error_of_w(&found.w, step as usize);
+        let doubt = solution.doubt_at(step as usize).w;
+        largest = largest.larger(Measured { error: w_error.abs(), doubt });
         if step % every == 0 {
             let ratio = energy_before.and_then(|before| finite(energy / before));
-            let own = Own { method: row.name, h: *h, energy, drift: off, ratio };
-            rows.push(reference.compare(own, state, step as usize));
+            let own = Own { method: row.name, h: *h, t: state.t, energy, drift: off, ratio };
+            rows.push(reference.compare(own, (found, w_error), step as usize));
         }
         energy_before = Some(energy);
         if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let violations = passivity.violations();
     let ending = Ending::of(&result, grid.steps, done);
-    Ok(EnergyRun { method: row.name, rows, drift, violations, ending })
+    Ok(EnergyRun { method: row.name, rows, drift, w: largest, violations, ending })
 }
 
 fn finite(x: f64) -> Option<f64> {
@@ -189,6 +195,7 @@ fn finite(x: f64) -> Option<f64> {
 struct Own {
     method: Word,
     h: f64,
+    t: f64,
     energy: f64,
     drift: f64,
     ratio: Option<f64>,
@@ -204,21 +211,25 @@ struct Reference<'a> {
 }
 
 impl Reference<'_> {
-    /// The row of a state after i steps.
-    fn compare(&self, own: Own, state: StateRef<'_, f64>, i: usize) -> EnergyRow {
-        let Own { method, h, energy, drift, ratio } = own;
-        let Accounts { w, s, pumped } = accounts(state, self.motors);
+    /// The error of w after i steps, of largest magnitude.
+    fn error_of_w(&self, w: &[f64], i: usize) -> f64 {
+        largest_difference(w, &accounts(self.solution.at(i), self.motors).w)
+    }
+
+    /// The row of a state after i steps, from its energies and the error of w.
+    fn compare(&self, own: Own, (found, w_error): (Accounts<f64>, f64), i: usize) -> EnergyRow {
+        let Own { method, h, t, energy, drift, ratio } = own;
+        let Accounts { w, s, pumped } = found;
         let (exact, doubt_ratio) = self.ratio(i);
-        let exact_w = accounts(self.solution.at(i), self.motors).w;
         EnergyRow {
             method,
             h,
-            t: state.t,
+            t,
             energy,
             drift,
             ratio,
             ratio_error: ratio.zip(exact).map(|(ratio, exact)| ratio - exact),
-            w_error: largest_difference(&w, &exact_w),
+            w_error,
             doubt_w: self.solution.doubt_at(i).w,
             doubt_ratio,
             supplied: if s.is_empty() { Vec::new() } else { vec![s.iter().sum()] },

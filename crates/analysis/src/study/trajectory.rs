@@ -1,8 +1,10 @@
 //! Trajectories.
 
+mod balance;
 mod legs;
 mod samples;
 
+pub use balance::Balance;
 pub use legs::{Keep, Legs};
 pub(super) use legs::{KeptState, of_run};
 pub use samples::dense;
@@ -137,6 +139,8 @@ pub struct Trajectory {
     pub method: Word,
     /// Every `every`-th state, and the last good one.
     pub rows: Vec<TrajectoryRow>,
+    /// K and H of all states.
+    pub balance: Balance,
     /// How the run ended; `interrupted` while legs of it are left.
     pub ending: Ending,
 }
@@ -154,8 +158,8 @@ impl Trajectory {
                 ControlFlow::Continue(())
             })?;
         }
-        let Legs { method, ending, .. } = legs;
-        Ok(Self { method, rows, ending })
+        let Legs { method, balance, ending, .. } = legs;
+        Ok(Self { method, rows, balance, ending })
     }
 }
 

@@ -15,10 +15,10 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::cell::{Cell, Leg, Study};
 use afterbay_analysis::study::events::{self, EventPlan, EventRow};
 use afterbay_analysis::study::outcome::COMPLETED;
-use afterbay_analysis::study::trajectory::{self, Legs, Steps, Trajectory};
+use afterbay_analysis::study::trajectory::{self, Legs, Steps, Trajectory, TrajectoryRow};
 use afterbay_core::Passive;
 use afterbay_methods::registry::{Row, find};
-use kept::{Kept, Tally, stride, thinned};
+use kept::{Kept, stride, thinned};
 use serde::{Deserialize, Serialize};
 
 /// The most coordinates, and momenta, whose ends are numbers of a sweep.
@@ -113,10 +113,10 @@ impl Study for Runs<'_> {
                 (Found { legs: Legs::new(problem, row)?, kept, events: Vec::new() }, writer)
             }
         };
-        let mut tally = kept.tally;
+        let mut last = kept.last;
         let keep = &mut |row| {
             let written = writer.push(&row);
-            tally.see(row);
+            last = Some(row);
             written
         };
         if !self.plan.events.is_empty() {
@@ -127,7 +127,7 @@ impl Study for Runs<'_> {
         } else {
             legs.advance(problem, row, steps, keep, progress)?;
         }
-        let kept = Kept { rows: writer.finish().map_err(JournalError::from)?, tally };
+        let kept = Kept { rows: writer.finish().map_err(JournalError::from)?, last };
         let found = Found { legs, kept, events };
         Ok(if found.legs.has_ended() { Leg::Last(found) } else { Leg::Further(found) })
     }
@@ -137,7 +137,7 @@ impl Study for Runs<'_> {
 struct Run {
     /// Some of its states.
     shown: Trajectory,
-    tally: Tally,
+    last: Option<TrajectoryRow>,
 }
 
 /// Makes the table of the states of all runs.
@@ -151,7 +151,7 @@ fn tabled(
     let (stride, mut runs) = (stride(most, model), Vec::new());
     let mut table =
         Artifact::wide_table(format!("data/{DATA}.csv"), &trajectory::columns(model), &[(); 0])?;
-    for (Legs { method, ending, .. }, Kept { rows, tally }) in found {
+    for (Legs { method, balance, ending, .. }, Kept { rows, last }) in found {
         let (count, text) = (rows.count, rows.text().map(str::to_owned));
         let file = rows.located(shelf);
         let failed = |why: std::io::Error| JournalError::Unreadable {
@@ -159,7 +159,7 @@ fn tabled(
             why: why.to_string(),
         };
         let shown = thinned(&file, (count, stride), (method, model)).map_err(failed)?;
-        runs.push(Run { shown: Trajectory { method, rows: shown, ending }, tally });
+        runs.push(Run { shown: Trajectory { method, rows: shown, balance, ending }, last });
         match text {
             Some(text) if table.rows.is_empty() => table.text += &text,
             _ => table.rows.push(file),
@@ -204,15 +204,15 @@ fn sheet(
     let mut header = vec!["method", "outcome", "steps", "t", "H", "Σ w"];
     header.extend(is_driven.then_some("Σ s"));
     header.extend(model.has_clock().then_some("s_t"));
-    header.push("max |K - K₀| of the states kept");
+    header.push("max |K - K₀|");
     sheet.table(&header, found.iter().map(|run| cells(run, is_driven)).collect());
     sheet.text(prose(plan, stride));
     Ok(sheet)
 }
 
 /// The numbers of a run that a sweep charts: its energies, and the first entries of its last state.
-fn numbers(Run { shown, tally }: &Run) -> Vec<(String, String, f64)> {
-    let Some(end) = &tally.last else { return Vec::new() };
+fn numbers(Run { shown, last }: &Run) -> Vec<(String, String, f64)> {
+    let Some(end) = last else { return Vec::new() };
     let at_end = |what: &str, value| (shown.method.to_owned(), format!("{what} at the end"), value);
     let mut numbers = vec![at_end("H", end.energy), at_end("Σ w", end.w.iter().sum())];
     if !end.s.is_empty() {
@@ -226,15 +226,15 @@ fn numbers(Run { shown, tally }: &Run) -> Vec<(String, String, f64)> {
 }
 
 /// The end of a run.
-fn cells(Run { shown, tally }: &Run, is_driven: bool) -> Vec<String> {
+fn cells(Run { shown, last }: &Run, is_driven: bool) -> Vec<String> {
     let mut cells = vec![shown.method.into(), shown.ending.describe()];
     let energy = |x: f64| format!("{x:.6}");
-    if let Some(row) = &tally.last {
+    if let Some(row) = last {
         cells.extend([row.step.to_string(), row.t.to_string(), energy(row.energy)]);
         cells.push(energy(row.w.iter().sum()));
         cells.extend(is_driven.then(|| energy(row.s.iter().sum())));
         cells.extend(row.pumped.iter().map(|&pumped| energy(pumped)));
-        cells.push(scientific((row.step > 0).then_some(tally.drift)));
+        cells.push(scientific((row.step > 0).then_some(shown.balance.drift)));
     }
     cells
 }
@@ -249,19 +249,27 @@ fn prose(plan: &RunPlan, stride: u64) -> String {
         stride => format!(" Charts are made of one in {stride} of its rows."),
     };
     let methods = plan.names().join(", ");
-    format!("Methods: {methods}. The table contains {kept}.{thinned}")
+    let seen = if plan.adaptive.is_empty() {
+        ""
+    } else {
+        "; of the states kept where steps follow from a tolerance"
+    };
+    format!(
+        "Methods: {methods}. The table contains {kept}.{thinned} The deviation of K and the rise \
+         of H are those after every step{seen}."
+    )
 }
 
 /// `only_falls` is whether H can only fall.
 fn readings(found: &[Run], only_falls: bool) -> Readings {
-    found.iter().fold(Readings::default(), |r, Run { shown, tally }| {
-        let Trajectory { method, ending, .. } = shown;
+    found.iter().fold(Readings::default(), |r, Run { shown, last }| {
+        let Trajectory { method, balance, ending, .. } = shown;
         let mut r = r.and(method, "run", ending.outcome);
         // Without a step there is no deviation.
-        if tally.last.as_ref().is_some_and(|last| last.step > 0) {
-            r = r.and(method, "drift", tally.drift);
+        if last.as_ref().is_some_and(|last| last.step > 0) {
+            r = r.and(method, "drift", balance.drift);
         }
-        match tally.rise().filter(|_| only_falls) {
+        match balance.rise().filter(|_| only_falls) {
             Some(rise) => r.and(method, "rise", rise),
             None => r,
         }

@@ -6,7 +6,7 @@ use super::{Action, EventPlan, EventRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::outcome::{Ending, INTERRUPTED};
-use crate::study::trajectory::{Keep, KeptState, Legs, TrajectoryRow, of_run};
+use crate::study::trajectory::{Balance, Keep, KeptState, Legs, TrajectoryRow, of_run};
 use crate::study::trajectory::{SINGLE_STEPS, Steps};
 use afterbay_core::{
     Abilities, Event, EventState, Grid, IntegrateError, OnEvent, StateRef, Tolerance,
@@ -42,8 +42,9 @@ pub fn advance(
     let leg = (SINGLE_STEPS / state.q.len() as u64).max(1);
     let kept = if begin > 0 && begin.is_multiple_of(every) { state.t } else { f64::NAN };
     let (piece, done, last, leg_ends) = (Piece::new(progress), begin, &last, false);
+    let balance = (&mut legs.balance, system, model.degrees());
     let mut walk =
-        Walk { grid, begin, every, leg, record, keep, last, piece, done, kept, leg_ends };
+        Walk { grid, begin, every, leg, record, keep, balance, last, piece, done, kept, leg_ends };
     let mut happen = |i: usize, state: EventState<'_>| events.happen(i, state);
     let mut observe = |n: u64, state: StateRef<'_, f64>| walk.observe(n, state, progress);
     let rest = Grid { steps: grid.steps - begin, ..grid };
@@ -51,7 +52,7 @@ pub fn advance(
     let mut step = bound.stepper(Tolerance::all(tolerance));
     let result = integrate_with_events(&mut *step, rest, &mut state, pair, &mut observe);
     let result = result.map(drop).map_err(|error| of_run(begin, error));
-    let Walk { keep, piece, done, kept, leg_ends, .. } = walk;
+    let Walk { keep, balance: (balance, ..), piece, done, kept, leg_ends, .. } = walk;
     legs.done = done;
     legs.ending = Ending::of(&result, grid.steps, done);
     if leg_ends && result.is_ok() && !events.stopped {
@@ -64,6 +65,7 @@ pub fn advance(
         return Err(error.into());
     }
     if kept != state.t {
+        balance.see(system, state.state_ref(), model.degrees());
         // The run is over, whether or not the row can be written.
         let _ = keep(record(done, state.state_ref()));
     }
@@ -138,6 +140,8 @@ struct Walk<'a> {
     leg: u64,
     record: Record<'a>,
     keep: Keep<'a>,
+    /// The balance of the run, and the system with its degrees of freedom.
+    balance: (&'a mut Balance, &'a dyn Abilities<f64>, usize),
     /// The time of the last event.
     last: &'a Cell<f64>,
     piece: Piece<'a>,
@@ -160,6 +164,8 @@ impl Walk<'_> {
         let (h, all) = (self.grid.h, self.grid.steps);
         self.done = self.begin + n;
         self.piece.reach(self.done, all);
+        let (balance, system, dof) = &mut self.balance;
+        balance.see(*system, state, *dof);
         let mut goes_on = true;
         let is_new = n > 0 || self.begin == 0;
         if is_new && (self.done.is_multiple_of(self.every) || self.done == all) {

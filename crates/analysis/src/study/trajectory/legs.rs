@@ -1,6 +1,6 @@
 //! A run in legs: a stopped one goes on where a leg ended.
 
-use super::{Steps, TrajectoryRow};
+use super::{Balance, Steps, TrajectoryRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::outcome::Ending;
@@ -14,8 +14,6 @@ use std::ops::ControlFlow;
 /// to some seconds, and what its start costs is small beside that.
 const LEG: u64 = 1 << 20;
 const _: () = assert!(LEG.is_multiple_of(STEPS_OF_BLOCK), "w then does not depend on the legs");
-/// The most steps, times degrees of freedom, between two checks whether to stop.
-const ASKED: u64 = 4096;
 
 /// Receives the states that are kept. `Break` ends the run.
 pub type Keep<'a> = &'a mut dyn FnMut(TrajectoryRow) -> ControlFlow<()>;
@@ -27,6 +25,8 @@ pub struct Legs {
     /// Name of the method.
     #[serde(deserialize_with = "read_word")]
     pub method: Word,
+    /// K and H of the states so far.
+    pub balance: Balance,
     /// How the run ended; `interrupted` while legs of it are left.
     pub ending: Ending,
     /// The steps of size h done.
@@ -67,7 +67,8 @@ impl Legs {
     /// A start that does not fit the system.
     pub fn new(problem: &Problem, row: &'static Row) -> Result<Self, IntegrateError> {
         let state = Some(KeptState::of(problem.start()?));
-        Ok(Self { method: row.name, ending: Ending::interrupted(), done: 0, state, samples: 0 })
+        let (balance, ending) = (Balance::default(), Ending::interrupted());
+        Ok(Self { method: row.name, balance, ending, done: 0, state, samples: 0 })
     }
 
     /// Whether the run has ended.
@@ -137,12 +138,13 @@ impl Legs {
         };
         let (mut done, mut recorded, mut piece) = (begin, begin, Piece::new(progress));
         let mut stopped = false;
-        let stride = if every <= ASKED / state.q.len() as u64 { every } else { 1 };
-        let first = begin.next_multiple_of(stride) - begin;
-        let part = Part { grid: Grid { steps: end - begin, ..grid }, first, stride, remainder };
+        let (n, balance) = (problem.model.degrees(), &mut self.balance);
+        let rest = Grid { steps: end - begin, ..grid };
+        let part = Part { grid: rest, first: 0, stride: 1, remainder };
         let result = problem.model.bind(row)?.run_part(part, state, &mut |step, state| {
             done = begin + step;
             piece.reach(done, grid.steps);
+            balance.see(&*system, state, n);
             if done % every == 0 && (done > begin || begin == 0) {
                 stopped = record(done, state).is_break();
                 recorded = done;
@@ -166,7 +168,7 @@ impl Legs {
     }
 
     /// A leg of a method that chooses its steps. It keeps the states at the times of every
-    /// `every`-th step of size h, where K is exact too.
+    /// `every`-th step of size h, where K is exact too. The balance is that of these states.
     fn within(
         &mut self,
         problem: &Problem,
@@ -183,10 +185,11 @@ impl Legs {
             (begin / every..=end / every).map(|n| n * every).chain(last).collect();
         let times: Vec<f64> = steps.iter().map(|&step| step as f64 * grid.h).collect();
         let (run, mut piece) = (problem.model.bind(row)?, Piece::new(progress));
-        let mut done = begin;
-        let result = run.sample(&Tolerance::all(tolerance), &times, state, &mut |n, state| {
-            done = steps.get(n as usize).copied().unwrap_or(end);
+        let (n, balance, mut done) = (problem.model.degrees(), &mut self.balance, begin);
+        let result = run.sample(&Tolerance::all(tolerance), &times, state, &mut |i, state| {
+            done = steps.get(i as usize).copied().unwrap_or(end);
             piece.reach(done, grid.steps);
+            balance.see(&*system, state, n);
             let kept = match done > begin || begin == 0 {
                 true => keep(TrajectoryRow::of(row.name, done, state, &*system, &problem.model)),
                 false => ControlFlow::Continue(()),

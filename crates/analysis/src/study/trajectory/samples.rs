@@ -1,7 +1,7 @@
 //! States between the steps of a run.
 
 use super::legs::{Keep, KeptState, Legs};
-use super::{SINGLE_STEPS, Steps, Trajectory, TrajectoryRow};
+use super::{Balance, SINGLE_STEPS, Steps, Trajectory, TrajectoryRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::outcome::Ending;
@@ -48,10 +48,12 @@ impl Legs {
         let model = &problem.model;
         let (system, bound) = (model.system::<f64>()?, model.bind(row)?);
         let (begin, mut state) = (self.done, state.at(self.done as f64 * grid.h));
-        let mut keep = |n: u64, state: StateRef<'_, f64>| {
+        let (dof, balance) = (model.degrees(), &mut self.balance);
+        let mut keep = |n: u64, state: StateRef<'_, f64>, balance: &mut Balance| {
+            balance.see(&*system, state, dof);
             keep(TrajectoryRow::of(row.name, n, state, &*system, model))
         };
-        let mut stopped = begin == 0 && keep(0, state.state_ref()).is_break();
+        let mut stopped = begin == 0 && keep(0, state.state_ref(), balance).is_break();
         self.samples = self.samples.max(1);
         let times = Times { spacing, count: (problem.end / spacing).floor() as u64 };
         let mut step = bound.stepper(Tolerance::all(steps.tolerance));
@@ -71,7 +73,8 @@ impl Legs {
             }
             (state.t, self.done) = (n as f64 * grid.h, n);
             piece.reach(n, grid.steps);
-            let keep = &mut |state: StateRef<'_, f64>| keep(n, state);
+            balance.see(&*system, state.state_ref(), dof);
+            let keep = &mut |state: StateRef<'_, f64>| keep(n, state, balance);
             stopped |= times.keep_between(&before, &state, &mut self.samples, &mut *step, keep);
             stopped |= progress.stopped();
         }
@@ -80,7 +83,7 @@ impl Legs {
         }
         if result.is_err() {
             // The run is over, whether or not the row can be written.
-            let _ = keep(self.done, state.state_ref());
+            let _ = keep(self.done, state.state_ref(), balance);
         }
         self.ending = Ending::of(&result, grid.steps, self.done);
         if result.is_ok() && self.done == end && end < grid.steps && !stopped {

@@ -1,5 +1,4 @@
-//! The states of a run that are kept: all of them as rows of a table, and what a report says of
-//! them.
+//! The states of a run that are kept: all of them as rows of a table, and some for charts.
 
 use afterbay_analysis::Model;
 use afterbay_analysis::rows::{Rows, RowsFile};
@@ -7,8 +6,6 @@ use afterbay_analysis::study::trajectory::{TrajectoryRow, columns};
 use serde::{Deserialize, Serialize};
 use std::io::{self, BufRead, BufReader};
 
-/// The rise of H, as a share of its size, up to which it counts as rounding.
-const ROUNDING: f64 = 1e-8;
 /// The most states that charts are made of, and the most numbers of them. A choice: twice the
 /// states that are kept where a scene does not give `every`, and 32 MB.
 const SHOWN: u64 = 20_000;
@@ -20,43 +17,8 @@ const LEAST_SHOWN: u64 = 128;
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Kept {
     pub(super) rows: Rows,
-    pub(super) tally: Tally,
-}
-
-/// What all states have in common.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Tally {
-    /// K of the first state.
-    start: Option<f64>,
     /// The last state.
     pub(super) last: Option<TrajectoryRow>,
-    /// The largest deviation of K from that of the first state.
-    pub(super) drift: f64,
-    /// The least H so far.
-    least: Option<f64>,
-    /// The largest rise of H between two states, the first before the second.
-    rise: f64,
-    /// The size of H.
-    size: f64,
-}
-
-impl Tally {
-    /// One state more.
-    pub(super) fn see(&mut self, row: TrajectoryRow) {
-        let TrajectoryRow { energy, total, .. } = row;
-        let start = *self.start.get_or_insert(total);
-        self.drift = self.drift.max((total - start).abs());
-        let least = self.least.map_or(energy, |least| least.min(energy));
-        self.least = Some(least);
-        self.rise = self.rise.max(energy - least);
-        self.size = self.size.max(energy.abs().min(total.abs()));
-        self.last = Some(row);
-    }
-
-    /// The largest rise of H, and none if it is a rounding of its size.
-    pub(super) fn rise(&self) -> Option<f64> {
-        (self.rise > ROUNDING * self.size).then_some(self.rise)
-    }
 }
 
 /// Every so many states are shown in charts, of `count` states of a model.
@@ -122,10 +84,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let shelf = Shelf::new(folder.path(), "");
         let mut writer = RowWriter::after(Rows::default(), "rk4", Some(&shelf)).expect("a file");
-        let mut tally = Tally::default();
         for row in all {
             assert!(writer.push(row).is_continue());
-            tally.see(row.clone());
         }
         let rows = writer.finish().expect("rows");
         let (count, file) = (rows.count, rows.located(Some(&shelf)));
@@ -137,8 +97,9 @@ mod tests {
         assert_eq!(shown.len(), 4287);
         assert_eq!(shown.last().map(bits), all.last().map(bits), "the last state is shown");
         assert!(shown[..4286].iter().enumerate().all(|(n, row)| row.step == 7 * n as u64));
+        let balance = &found[0].balance;
         let drift = all.iter().map(|row| (row.total - all[0].total).abs()).fold(0.0, f64::max);
-        assert_eq!((tally.drift, tally.last.map(|row| bits(&row))), (drift, all.last().map(bits)));
+        assert_eq!(balance.drift, drift);
         // The largest H from a state on, less its own.
         let later = all.iter().rev().scan(f64::NEG_INFINITY, |most, row| {
             *most = most.max(row.energy);
@@ -146,7 +107,7 @@ mod tests {
         });
         let rise = later.fold(0.0, f64::max);
         assert!(rise > 0.1, "the drive raises H: {rise}");
-        assert_eq!(tally.rise, rise);
+        assert_eq!(balance.rise(), Some(rise));
     }
 
     #[test]
