@@ -151,3 +151,22 @@ fn k_and_the_rise_of_h_are_those_of_every_step() {
         assert!(balance.ends_with(", w by 2.4e-6."), "{kept}: {balance}");
     }
 }
+
+/// At h = 0.5 the cycle of mu = 0.5 is right but late, those of larger mu are wrong.
+#[test]
+fn the_first_failure_is_the_worst_of_its_step() {
+    let task = |steps: &str, parameter: &str| {
+        format!(
+            "[study.stability]\nmethods = [\"rk4\"]\nsteps = {steps}\n\
+             parameter = {{ {parameter}, count = 3 }}"
+        )
+    };
+    let cycle = "name = \"van-der-pol\"\nparameters = { mu = 1.0 }";
+    let steps = task("[0.05, 0.5]", "name = \"mu\", from = 0.5, to = 1.5");
+    let said = studied(&scene(cycle, [1.0, 0.0], [60.0, 0.05], &steps));
+    assert_eq!(said, "rk4: bounded, wrong at h = 0.500 (2 of 3 values of mu).");
+    let stiff = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 1e4 }";
+    let steps = task("[0.0004]", "name = \"b\", from = 1.0, to = 1e4");
+    let said = studied(&scene(stiff, [1.0, 0.0], [0.1, 0.0004], &steps));
+    assert!(said.ends_with(" at h = 4.0e-4 (1 of 3 values of b)."), "{said}");
+}

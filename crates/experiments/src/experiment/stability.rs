@@ -2,7 +2,7 @@
 
 use super::declared::{Boxed, section};
 use super::names;
-use crate::claim::{Readings, Said};
+use crate::claim::{Readings, Said, fixed, sci};
 use crate::findings::stability::{Grid, spectral_radii, verdicts};
 use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
@@ -63,8 +63,9 @@ fn sheet(
     sheet.find("First failure as h grows", readings(&rows), what_breaks_first);
     charts(&mut sheet, scene, plan, found);
     sheet.text(
-        "Map of failures: the first verdict of each method that is not right as h grows, over all \
-         values and at the middle one.",
+        "Map of failures: the first step of each method, as h grows, at which a verdict is not \
+         right, with the worst verdict there and the values that have it; and the same at the \
+         middle value.",
     );
     sheet.table(&HEADER, rows.iter().map(cells).collect());
     Ok(sheet)
@@ -73,7 +74,12 @@ fn sheet(
 fn readings(rows: &[AtlasRow]) -> Readings {
     rows.iter().fold(Readings::default(), |r, row| {
         let first = row.verdict.map_or("", Verdict::describe);
-        r.and(row.method, "first failure", first).and(row.method, "h", row.h)
+        let [failed, values] = row.count;
+        r.and(row.method, "first failure", first)
+            .and(row.method, "h", row.h)
+            .and(row.method, "failed", failed)
+            .and(row.method, "values", values)
+            .and(row.method, "parameter", row.parameter.as_str())
     })
 }
 
@@ -106,10 +112,19 @@ fn charts(sheet: &mut Sheet, scene: &Scene, plan: &StabilityPlan, found: &[Stabi
 const HEADER: [&str; 7] =
     ["method", "first failure", "from h", "at values", "at the middle value", "from h", "value"];
 
+/// A step for a sentence, with at least two significant digits.
+fn step(h: f64) -> String {
+    if h < 0.01 { sci(h) } else { fixed(h, 3) }
+}
+
 fn what_breaks_first(r: &Readings) -> Said {
     let one = |method: &str| match r.word(method, "first failure") {
         "" => format!("{method}: nothing fails"),
-        verdict => format!("{method}: {verdict} from h = {:.3}", r.number(method, "h")),
+        verdict => {
+            let [h, failed, values] = ["h", "failed", "values"].map(|what| r.number(method, what));
+            let (h, of) = (step(h), r.word(method, "parameter"));
+            format!("{method}: {verdict} at h = {h} ({failed} of {values} values of {of})")
+        }
     };
     (Holds::Note, r.each("first failure", one))
 }
@@ -117,9 +132,10 @@ fn what_breaks_first(r: &Readings) -> Said {
 fn cells(row: &AtlasRow) -> Vec<String> {
     let verdict =
         |verdict: Option<Verdict>| verdict.map_or("nothing fails", Verdict::describe).to_owned();
-    let step = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.4}"));
+    let step = |h: Option<f64>| h.map_or(String::new(), step);
     let values = row.from.zip(row.to).map_or(String::new(), |(from, to)| {
-        if from == to { format!("{from:.3}") } else { format!("{from:.3} to {to:.3}") }
+        let [from, to] = [from, to].map(|value| fixed(value, 3));
+        if from == to { from } else { format!("{from} to {to}") }
     });
     vec![
         row.method.into(),
@@ -128,6 +144,6 @@ fn cells(row: &AtlasRow) -> Vec<String> {
         values,
         verdict(row.middle_verdict),
         step(row.middle_h),
-        format!("{} = {:.3}", row.parameter, row.middle),
+        format!("{} = {}", row.parameter, fixed(row.middle, 3)),
     ]
 }

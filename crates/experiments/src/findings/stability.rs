@@ -13,9 +13,7 @@ pub(crate) struct Grid<'a> {
 
 /// The verdicts of one method over steps and values.
 pub(crate) fn verdicts(title: String, grid: &Grid<'_>, rows: &[&StabilityRow]) -> HeatMap {
-    let index = |row: &&StabilityRow| {
-        Verdict::ALL.iter().position(|&verdict| verdict == row.verdict).unwrap_or(0)
-    };
+    let index = |row: &&StabilityRow| row.verdict.badness();
     HeatMap {
         title,
         x: grid.x.clone(),

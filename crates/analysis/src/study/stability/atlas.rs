@@ -4,8 +4,8 @@ use super::piece::StabilityRow;
 use super::verdict::Verdict;
 use serde::Serialize;
 
-/// The first verdict of a method that is not [`Verdict::Right`] as h grows, over all values of the
-/// parameter and at the middle one. Cells without a reference ([`Verdict::Unjudged`]) are ignored.
+/// The first step of a method, as h grows, at which a verdict is not [`Verdict::Right`], over all
+/// values of the parameter and at the middle one. Cells without a reference ([`Verdict::Unjudged`]) are ignored.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AtlasRow {
     /// Name of the method.
@@ -14,8 +14,10 @@ pub struct AtlasRow {
     pub parameter: String,
     /// The least h at which a cell is not right; none if all are right.
     pub h: Option<f64>,
-    /// The verdict at this h and the least such value.
+    /// The worst verdict at this h.
     pub verdict: Option<Verdict>,
+    /// The number of values with this verdict at this h, of so many.
+    pub count: [usize; 2],
     /// The least value with this verdict at this h.
     pub from: Option<f64>,
     /// The largest value with this verdict at this h.
@@ -41,17 +43,20 @@ pub fn atlas(rows: &[StabilityRow]) -> Vec<AtlasRow> {
             let middle = values[values.len() / 2];
             let failed = first_failure(cells.iter());
             let at_middle = first_failure(cells.iter().filter(|cell| cell.value == middle));
-            let alike = failed.into_iter().flat_map(|failed| {
-                cells.iter().filter(|cell| cell.h == failed.h && cell.verdict == failed.verdict)
+            let mut alike: Vec<f64> = failed.map_or(Vec::new(), |failed| {
+                let alike =
+                    |cell: &&StabilityRow| cell.h == failed.h && cell.verdict == failed.verdict;
+                cells.iter().filter(alike).map(|cell| cell.value).collect()
             });
-            let to = alike.map(|cell| cell.value).max_by(f64::total_cmp);
+            alike.sort_by(f64::total_cmp);
             AtlasRow {
                 method: first.method,
                 parameter: first.parameter.clone(),
                 h: failed.map(|cell| cell.h),
                 verdict: failed.map(|cell| cell.verdict),
-                from: failed.map(|cell| cell.value),
-                to,
+                count: [alike.len(), values.len()],
+                from: alike.first().copied(),
+                to: alike.last().copied(),
                 middle,
                 middle_h: at_middle.map(|cell| cell.h),
                 middle_verdict: at_middle.map(|cell| cell.verdict),
@@ -60,11 +65,11 @@ pub fn atlas(rows: &[StabilityRow]) -> Vec<AtlasRow> {
         .collect()
 }
 
-/// The failed cell with the least h, and among these with the least value.
+/// The failed cell with the least h, and among these with the worst verdict.
 fn first_failure<'a>(cells: impl Iterator<Item = &'a StabilityRow>) -> Option<&'a StabilityRow> {
     cells
         .filter(|cell| !matches!(cell.verdict, Verdict::Right | Verdict::Unjudged))
-        .min_by(|a, b| a.h.total_cmp(&b.h).then(a.value.total_cmp(&b.value)))
+        .min_by(|a, b| a.h.total_cmp(&b.h).then(b.verdict.badness().cmp(&a.verdict.badness())))
 }
 
 #[cfg(test)]
@@ -97,8 +102,9 @@ mod tests {
         let row = &found[0];
         assert_eq!(
             (row.h, row.verdict, row.from, row.to),
-            (Some(1.0), Some(Wrong), Some(1.0), Some(3.0))
+            (Some(1.0), Some(Growing), Some(4.0), Some(4.0))
         );
+        assert_eq!(row.count, [1, 4]);
         assert_eq!((row.middle, row.middle_h, row.middle_verdict), (3.0, Some(1.0), Some(Wrong)));
         let good = atlas(&[cell(1.0, 0.5, Right)]);
         assert_eq!((good[0].h, good[0].middle_h), (None, None));

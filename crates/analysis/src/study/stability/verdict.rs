@@ -55,6 +55,11 @@ impl Verdict {
         Self::Unjudged,
     ];
 
+    /// The place of the verdict in [`Verdict::ALL`].
+    pub fn badness(self) -> usize {
+        Self::ALL.iter().position(|&verdict| verdict == self).unwrap_or(0)
+    }
+
     /// In words, for a legend.
     pub fn describe(self) -> &'static str {
         match self {
