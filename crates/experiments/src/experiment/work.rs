@@ -37,9 +37,7 @@ fn sheet(scene: &Scene, plan: &WorkPrecisionPlan, found: &[WorkRow]) -> Result<S
     sheet.doubt("Accuracy", found.iter().flat_map(|row| [row.qp(), row.w()]).flatten());
     cheapest(&mut sheet, "The scene", found);
     let mut methods = names(&plan.methods);
-    if !plan.tolerances.is_empty() {
-        methods.extend(names(&plan.adaptive));
-    }
+    methods.extend(names(&plan.adaptive));
     let runs = Runs { name: None, end: problem.end, methods: &methods, found, curve: with_bounds };
     let [[qp, w], [by_qp, by_w]] = [TIME, EVALUATIONS].map(|cost| {
         runs.against(&cost)

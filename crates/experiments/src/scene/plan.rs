@@ -112,7 +112,7 @@ impl Studies {
         self.all_methods().into_iter().flatten()
     }
 
-    /// The lists of methods of the studies that are declared. None of them is empty.
+    /// The lists of methods of the studies that are declared, one or two for each.
     fn all_methods(&self) -> Vec<&[&'static Row]> {
         let Self {
             local_order,
@@ -171,7 +171,7 @@ pub struct StepsPlan {
 pub struct WorkPrecisionPlan {
     /// The methods that take a step.
     pub methods: Vec<&'static Row>,
-    /// The methods that choose their steps.
+    /// The methods that choose their steps; none without tolerances.
     pub adaptive: Vec<&'static Row>,
     /// The steps, in the order of the scene.
     pub steps: Vec<f64>,

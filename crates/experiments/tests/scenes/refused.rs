@@ -189,3 +189,24 @@ fn methods_that_choose_their_steps_are_named_like_the_others() {
     assert_eq!(says(both, "", step), "adaptive-dop853 takes a tolerance instead of a step");
     assert_eq!(says(both, "tolerance = 1e-6", ""), "the key step is missing");
 }
+
+#[test]
+fn the_cost_of_accuracy_has_steps_and_tolerances_for_the_methods_that_take_them() {
+    let with = |keys: &str| {
+        let [good, ..] = bad::GOOD;
+        let (before, after) = good.split_once("[study.work-precision]\n").unwrap();
+        let (_, after) = after.split_once("[study.stability]").unwrap();
+        Scene::read(&format!("{before}[study.work-precision]\n{keys}\n[study.stability]{after}"))
+            .map(|scene| scene.studies.work_precision.unwrap())
+            .map_err(|error| error.problem.to_string())
+    };
+    let chosen = with("methods = [\"adaptive-dop853\"]\ntolerances = [1e-6]").unwrap();
+    assert_eq!((chosen.methods.len(), chosen.steps.len(), chosen.adaptive.len()), (0, 0, 1));
+    let fixed = with("methods = [\"rk4\"]\nsteps = [0.1]").unwrap();
+    assert_eq!((fixed.methods.len(), fixed.steps.len(), fixed.adaptive.len()), (1, 1, 0));
+    for keys in
+        ["tolerances = [1e-6]", "methods = [\"rk4\"]", "methods = [\"rk4\"]\ntolerances = [1]"]
+    {
+        assert_eq!(with(keys).unwrap_err(), "the key steps is missing", "{keys}");
+    }
+}

@@ -96,8 +96,9 @@ pub struct WorkPrecisionTable {
     /// Names of methods [default: those of [run]].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<String>>,
-    /// The steps, each of which divides the end of time.
-    pub steps: Spread,
+    /// The steps, each of which divides the end of time. Methods that choose their steps need none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<Spread>,
     /// Relative and absolute tolerances of q, p and w for the methods that choose their steps. If
     /// none of them is named, all of them run with each tolerance.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

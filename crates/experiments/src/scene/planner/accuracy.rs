@@ -66,13 +66,22 @@ impl Planner<'_> {
         let path = "study.work-precision";
         let (at, names) = self.names(path, table.methods.as_ref())?;
         let Methods { fixed, mut adaptive } = self.methods(&at, names)?;
-        if table.tolerances.is_empty() && table.methods.is_some() {
-            self.none_adaptive(&at, names, &adaptive)?;
-        }
-        if adaptive.is_empty() {
+        if table.tolerances.is_empty() {
+            if table.methods.is_some() {
+                self.none_adaptive(&at, names, &adaptive)?;
+            }
+            adaptive.clear();
+        } else if adaptive.is_empty() {
             adaptive.extend(ADAPTIVE);
         }
-        let StepsPlan { methods, steps } = self.at_steps(path, fixed, &table.steps)?;
+        let StepsPlan { methods, steps } = match &table.steps {
+            _ if fixed.is_empty() && adaptive.is_empty() => {
+                return self.refuse(path, SceneProblem::NoMethods);
+            }
+            Some(steps) => self.at_steps(path, fixed, steps)?,
+            None if fixed.is_empty() => StepsPlan { methods: fixed, steps: Vec::new() },
+            None => return self.refuse(path, SceneProblem::Missing { key: "steps".into() }),
+        };
         let (tolerances, path) = (table.tolerances.clone(), format!("{path}.tolerances"));
         let size = (tolerances.len() as f64, MOST_TOLERANCES);
         self.budget(&path, "the number of tolerances", size, "give fewer of them")?;
