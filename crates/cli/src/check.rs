@@ -7,7 +7,7 @@ use crate::{scene, table};
 use afterbay_analysis::Model;
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_experiments::experiment;
-use afterbay_experiments::scene::{Scene, Studies};
+use afterbay_experiments::scene::{Scene, Studies, WorkPrecisionPlan};
 use afterbay_methods::registry::Row;
 use serde::Serialize;
 use std::path::Path;
@@ -122,10 +122,7 @@ fn accuracy(studies: &Studies) -> [Option<Plan>; 6] {
         studies.energy.as_ref().map(|of| {
             plan("energy", &of.methods, format!("steps of {}, {}", of.step, kept(of.every)))
         }),
-        studies
-            .work_precision
-            .as_ref()
-            .map(|of| plan("work-precision", &of.methods, steps(of.steps.len()))),
+        studies.work_precision.as_ref().map(cost),
         studies.stability.as_ref().map(|of| {
             let (steps, values) = (steps(of.steps.len()), of.values.len());
             let detail = format!("{steps} by {values} values of {}", of.parameter);
@@ -136,6 +133,19 @@ fn accuracy(studies: &Studies) -> [Option<Plan>; 6] {
             .as_ref()
             .map(|of| plan("long-run", &of.methods, format!("{} steps of {}", of.count, of.step))),
     ]
+}
+
+/// Work against precision.
+fn cost(of: &WorkPrecisionPlan) -> Plan {
+    let methods: Vec<_> = of.methods.iter().chain(&of.adaptive).copied().collect();
+    let tolerances = match of.tolerances.len() {
+        1 => "1 tolerance".to_owned(),
+        count => format!("{count} tolerances"),
+    };
+    let details = [(steps(of.steps.len()), &of.methods), (tolerances, &of.adaptive)];
+    let details: Vec<_> =
+        details.into_iter().filter(|(_, rows)| !rows.is_empty()).map(|(text, _)| text).collect();
+    plan("work-precision", &methods, details.join(", "))
 }
 
 /// The studies of attractors.

@@ -202,3 +202,39 @@ fn programs_read_the_error_as_json() {
     assert_eq!(error["place"], serde_json::json!([at.matches('\n').count() + 1, column]));
     assert_eq!(error["exit_code"], 3);
 }
+
+/// The plan names the methods that choose their steps, too.
+#[test]
+fn the_plan_of_a_scene_is_what_a_study_runs() {
+    let [good, ..] = bad::GOOD;
+    let steps = "[\"leapfrog\"]\nsteps = { from = 0.1, to = 0.2, count = 2 }\n";
+    for (keys, methods, detail) in [
+        (steps.to_owned(), &["leapfrog"][..], "2 steps"),
+        (
+            format!("{steps}tolerances = [1e-8]\n"),
+            &[
+                "leapfrog",
+                "adaptive-collocation",
+                "adaptive-dop853",
+                "adaptive-verner98",
+                "adaptive-verner87",
+                "adaptive-radau",
+            ],
+            "2 steps, 1 tolerance",
+        ),
+        (
+            "[\"adaptive-radau\"]\ntolerances = [1e-6, 1e-8]\n".to_owned(),
+            &["adaptive-radau"],
+            "2 tolerances",
+        ),
+    ] {
+        assert!(good.contains(steps));
+        let (_folder, path) = written("plan.toml", good.replace(steps, &keys).as_bytes());
+        let (_, stdout, stderr) = done(afterbay(&["check", "--format", "json"]).arg(&path));
+        let plans: serde_json::Value = serde_json::from_str(&stdout).expect(&stderr);
+        let plans = plans.as_array().expect("plans");
+        let cost = plans.iter().find(|plan| plan["what"] == "work-precision").expect("its plan");
+        assert_eq!(cost["methods"], serde_json::json!(methods), "{keys}");
+        assert_eq!(cost["detail"], detail);
+    }
+}
