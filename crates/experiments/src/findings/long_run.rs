@@ -21,7 +21,7 @@ pub(crate) fn chart_of(run: &LongRun) -> Curve {
 pub(crate) fn grows(fit: &Fit) -> &'static str {
     let margin = fit.margin.map_or(f64::INFINITY, |margin| margin.max(AGREEMENT));
     let may_be = |exponent: f64| (fit.slope - exponent).abs() <= margin;
-    if may_be(0.0) && !may_be(0.5) {
+    if (may_be(0.0) || fit.slope < 0.0) && !may_be(0.5) {
         return NOT_GROWING;
     }
     match (may_be(0.5), may_be(1.0)) {
@@ -74,4 +74,16 @@ pub(crate) fn growth(r: &Readings, label: &str) -> String {
         how => format!("growing {how}"),
     };
     format!("{growing} (exponent {slope:.2}{interval})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deviation_that_falls_is_not_growing() {
+        let said = |slope| grows(&Fit { slope, margin: Some(0.1), points: 9 });
+        assert_eq!([-1.07, -0.3, 0.05].map(said), [NOT_GROWING; 3]);
+        assert_eq!([0.3, 0.5, 1.0].map(said), ["slower than √t", "like √t", "like t"]);
+    }
 }
