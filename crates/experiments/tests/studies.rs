@@ -73,7 +73,7 @@ fn global_errors_fall_with_the_order_of_the_method() {
 /// Amplitudes of 1e-8, 1 and 1e6 are one motion in three units.
 #[test]
 fn orders_are_taken_from_errors_above_rounding_in_every_unit() {
-    let steps = [0.8, 0.4, 0.2, 0.1];
+    let steps = [0.8, 0.4, 0.2, 0.1, 0.05, 0.025];
     for (size, potential) in
         [(1e-8, "q1^2/2 + q1^4/4e-16"), (1.0, "q1^2/2 + q1^4/4"), (1e6, "q1^2/2 + q1^4/4e12")]
     {
@@ -85,11 +85,11 @@ fn orders_are_taken_from_errors_above_rounding_in_every_unit() {
             let of = found.iter().filter(move |row| row.method == method);
             of.map(|row| row.order.map(f64::round)).collect::<Vec<_>>()
         };
-        let settled = [None, Some(3.0), Some(4.0), Some(4.0)];
+        let settled = [None, Some(3.0), Some(4.0), Some(4.0), Some(4.0), Some(4.0)];
         assert_eq!(orders("rk4"), settled.repeat(3), "{size}");
-        // The finest errors of order 8 are roundings.
+        // The errors at the finest steps are roundings, and those at h = 0.1 are not far above.
         let high = orders("collocation-8");
-        let of_variable = [None, Some(8.0), Some(8.0), None];
+        let of_variable = [None, Some(8.0), Some(8.0), None, None, None];
         assert_eq!(high, of_variable.repeat(3), "{size}: {found:?}");
     }
 }
