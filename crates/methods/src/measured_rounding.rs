@@ -21,11 +21,16 @@ const EXPLAINED_ROUNDINGS: f64 = 4.0;
 /// are few of them.
 const BOUND_OVER_MEASURED: f64 = 4.0;
 
-/// The number of times that the interval of a difference is halved. The last part is between 2^-34
-/// and 2^-50 of z: a difference that is left there is a rounding. A choice.
+/// The ratio of a difference to those over shorter intervals from which on it may be no rounding. A
+/// choice: roundings of neighbouring intervals are alike, or proportional to the length.
+const LARGEST_LEAP: f64 = 16.0;
+/// The number of times that the interval of a difference is halved, down to 2^-34 to 2^-50 of z. A
+/// choice.
 const HALVINGS: u32 = 30;
-/// The share of a difference that must be left in the larger half, at every halving. A choice.
-const LEAST_PART: f64 = 1.0 / 16.0;
+/// The share of a difference that must be left in the larger half of its interval. It is half where
+/// both integrals are right, since the differences of the halves add up, and they are right to a
+/// sixteenth.
+const LEAST_PART: f64 = 3.0 / 8.0;
 
 /// Memory for a point and ∇H there.
 #[derive(Clone, Debug)]
@@ -87,8 +92,6 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
 /// The change of H over an interval of shares less the integral of its slope.
 struct Difference {
     size: f64,
-    /// Whether H has the same value at both ends.
-    is_flat: bool,
     /// A bound of the terms of H and of ∇H·z.
     terms: f64,
     /// Whether the integral is good to a sixteenth of the difference, and both are finite.
@@ -106,16 +109,14 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
         let terms = before.abs().to_f64() + after.abs().to_f64() + slopes;
         Difference {
             size,
-            is_flat: after == before,
             terms,
             resolved: size.is_finite() && (rise - finer).abs() <= size / 16.0,
         }
     }
 
-    /// Whether a difference over an interval remains as the interval is halved, as a jump between
-    /// neighbouring numbers does, or until H no longer changes. The difference of a thin wall that
-    /// no node has met dissolves.
-    fn is_rounding(&mut self, [mut from, mut to]: [f64; 2], size: f64) -> bool {
+    /// Whether a difference over an interval remains as the interval is halved, as a rounding does.
+    /// That of a thin wall that no node has met dissolves.
+    fn is_rounding(&mut self, [mut from, mut to]: [f64; 2], mut size: f64) -> bool {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (from + to);
             let [left, right] = [[from, middle], [middle, to]].map(|part| self.difference(part));
@@ -129,9 +130,7 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
             if !larger.resolved || larger.size < LEAST_PART * size {
                 return false;
             }
-            if larger.is_flat {
-                return true;
-            }
+            size = larger.size;
         }
         true
     }
@@ -144,8 +143,9 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
 ///
 /// Terms that cancel inside H, as in 1 - cos q, leave an error that |H| does not bound, and only a
 /// measurement shows it. The shares are 2^-4 to 2^-20, so that H changes by more than one unit in
-/// the last place of its terms unless z is nearly at rest. A share counts only if its difference
-/// remains as the interval is halved. In scalars of more than 53 bits nothing is measured.
+/// the last place of its terms unless z is nearly at rest. A difference far above those of smaller
+/// shares counts only if it remains as the interval is halved. In scalars of more than 53 bits
+/// nothing is measured.
 #[cold]
 fn measure<T: Scalar, S: System<T> + ?Sized>(
     system: &S,
@@ -158,13 +158,18 @@ fn measure<T: Scalar, S: System<T> + ?Sized>(
         return largest;
     }
     let mut ray = Ray { system, z: [q, p], memory };
-    let mut most = largest * T::EPSILON / BOUND_OVER_MEASURED;
-    for power in 4..21 {
+    let (mut most, mut usual) = (largest * T::EPSILON / BOUND_OVER_MEASURED, 0.0_f64);
+    for power in (4..21).rev() {
         let interval = [0.0, 2.0_f64.powi(-power)];
-        let Difference { size, terms, resolved, .. } = ray.difference(interval);
-        let unexplained = size > EXPLAINED_ROUNDINGS * T::EPSILON * terms;
-        if resolved && unexplained && size > most && ray.is_rounding(interval, size) {
-            most = size;
+        let Difference { size, terms, resolved } = ray.difference(interval);
+        // A wall is met from one share on, with a leap.
+        let leaps = size > LARGEST_LEAP * usual && size > most;
+        if !resolved || (leaps && !ray.is_rounding(interval, size)) {
+            continue;
+        }
+        usual = usual.max(size);
+        if size > EXPLAINED_ROUNDINGS * T::EPSILON * terms {
+            most = most.max(size);
         }
     }
     BOUND_OVER_MEASURED * most / T::EPSILON
