@@ -32,6 +32,27 @@ fn rows(names: &[&str]) -> Vec<&'static Row> {
     names.iter().map(|name| find(name).unwrap()).collect()
 }
 
+/// The error of w is that of the energy dissipated in every table, not that of the energy supplied.
+#[test]
+fn the_error_of_w_is_the_same_in_every_table() {
+    let (problem, methods) = (resonance(1.3, 3.0).problem, rows(&["moddg", "rk4"]));
+    let h = problem.end / (3.0 * STEPS);
+    let energies = energy::run(&problem, &methods, h, 1, &Silent).unwrap();
+    let costs = work_precision::run(&problem, (&methods, &[h]), (&[], &[]), &Silent).unwrap();
+    let orders = global_order::run(&problem, &methods, &[h], &Silent).unwrap();
+    let of_w = |method| {
+        let mut rows = orders.iter().filter(|row| row.method == method && row.variable == "w");
+        rows.next().and_then(|row| row.error)
+    };
+    for (energy, cost) in energies.iter().zip(&costs) {
+        let last = energy.rows.last().unwrap();
+        let at_end = cost.error_w.unwrap();
+        assert!((at_end - last.w_error.abs()).abs() < 1e-12, "{}: {at_end:e}", energy.method);
+        let largest = of_w(energy.method).unwrap();
+        assert!((largest - energy.w.error).abs() < 1e-12, "{}: {largest:e}", energy.method);
+    }
+}
+
 /// The states at q and at q plus its period are the same for the forces of the drive, too.
 #[test]
 fn a_coordinate_has_a_period_only_if_the_drive_has_it() {

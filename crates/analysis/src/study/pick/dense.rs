@@ -4,6 +4,7 @@ use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
 use crate::study::Problem;
+use crate::study::kept::LargestEnergy;
 use afterbay_core::{InputError, IntegrateError, StateRef, System};
 
 /// Equally spaced states with the slopes of q, p and w.
@@ -166,14 +167,11 @@ impl Dense {
         numbers.fold(f64::MIN_POSITIVE, |most, z| z.abs().max(most))
     }
 
-    /// The largest magnitude of the terms of K along the solution.
-    pub(super) fn scale(&self, problem: &Problem) -> Result<f64, InputError> {
-        let system = problem.model.system::<f64>()?;
-        let of = |state: StateRef<'_, f64>| {
-            let kinetic: f64 = state.p.iter().map(|p| p * p).sum();
-            state.energy(&*system).abs() + state.w.iter().map(|w| w.abs()).sum::<f64>() + kinetic
-        };
-        Ok(self.exact.states().map(of).fold(f64::MIN_POSITIVE, f64::max))
+    /// The largest energy along the solution.
+    pub(super) fn largest_energy(&self, problem: &Problem) -> Result<LargestEnergy, InputError> {
+        let (system, mut largest) = (problem.model.system::<f64>()?, LargestEnergy::default());
+        self.exact.states().for_each(|state| largest.see(&*system, state));
+        Ok(largest)
     }
 }
 

@@ -4,6 +4,7 @@ use super::setting::{Choice, TIGHTEST, two_digits};
 use super::trial::{Bench, Trial};
 use super::{Candidate, Wanted};
 use crate::progress::Piece;
+use crate::study::kept::LARGEST_DRIFT;
 use afterbay_core::IntegrateError;
 use afterbay_methods::registry::{EXACT, Row};
 use cpu_time::ThreadTime;
@@ -316,7 +317,7 @@ impl<'a> Search<'a> {
     /// The requirement that a run within the bound does not meet, in words, if any.
     fn flaw(&self, trial: &Trial) -> Result<Option<String>, IntegrateError> {
         let Bench { wanted, dense, problem, .. } = self.bench;
-        if wanted.keep_k && trial.k_drift > LARGEST_DRIFT * dense.scale(problem)? {
+        if wanted.keep_k && dense.largest_energy(problem)?.share(trial.k_drift) > LARGEST_DRIFT {
             return Ok(Some(format!("K drifts by {:.1e}", trial.k_drift)));
         }
         let taken = trial.passivity_violations.filter(|&count| wanted.passive && count > 0);
@@ -365,8 +366,6 @@ pub struct Checked {
 }
 
 pub(super) const INTERRUPTED: &str = "interrupted before it was found or checked";
-/// The largest deviation of K, relative to its largest term, that counts as rounding.
-const LARGEST_DRIFT: f64 = 1e-11;
 
 /// The requirement that a method does not promise to meet, if any.
 fn lack(keeps_k: bool, passive: bool, wanted: Wanted) -> Option<&'static str> {
