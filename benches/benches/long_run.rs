@@ -36,7 +36,10 @@ fn main() {
         registry::find(name).map(|row| Setup { row, h, compensated })
     };
     let setups: Vec<_> = RUNS.into_iter().filter_map(setup).collect();
-    println!("the chain: (K - K0)/K0 over {steps} steps, {} starts", starts.len());
+    println!(
+        "the chain: (K - K0)/E, E the largest energy, over {steps} steps, {} starts",
+        starts.len()
+    );
     table(&long_run::run(&starts, &setups, steps, &Silent).expect("the input is in range"));
     let cycle =
         Problem { model: Model::of(&VAN_DER_POL, &[1.0]), q: vec![2.0], p: vec![0.0], end: 0.0 };
