@@ -89,6 +89,19 @@ impl<T: Scalar> Solution<T> {
         parts.map(|(found, exact, doubt)| Measured { error: distance(found, exact), doubt })
     }
 
+    /// The largest |q_j|, |p_j| and |w_j| of all states, without clock and motors.
+    pub(crate) fn sizes(&self) -> [f64; 3] {
+        let n = self.dof - self.motors.count();
+        let mut sizes = [0.0; 3];
+        for state in self.states() {
+            let w = accounts(state, &self.motors).w;
+            for (size, part) in sizes.iter_mut().zip([&state.q[..n], &state.p[..n], &w]) {
+                *size = part.iter().fold(*size, |most: f64, x| most.max(x.abs().to_f64()));
+            }
+        }
+        sizes
+    }
+
     /// The states rounded to `f64`. The roundings are added to the doubt.
     pub fn rounded(&self) -> Solution<f64> {
         let numbers: Vec<f64> = self.numbers.iter().map(|x| x.to_f64()).collect();

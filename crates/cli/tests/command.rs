@@ -1,11 +1,15 @@
 //! The command as users see it: its output, its files and its exit codes.
 
+#[path = "scenes/timeless.rs"]
+mod timeless;
+
 use assert_cmd::Command;
 use predicates::prelude::{PredicateBooleanExt, predicate};
 use predicates::str::contains;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
+use timeless::timeless;
 
 fn afterbay(arguments: &[&str]) -> Command {
     let mut command = Command::cargo_bin("afterbay").expect("the binary is built");
@@ -84,21 +88,10 @@ fn tables(folder: &Path) -> BTreeMap<String, String> {
             let inner = self::tables(&path).into_iter();
             tables.extend(inner.map(|(table, text)| (format!("{name}/{table}"), text)));
         } else if name.ends_with(".csv") {
-            tables.insert(name, without_seconds(&path));
+            tables.insert(name, timeless(&path));
         }
     }
     tables
-}
-
-fn without_seconds(path: &Path) -> String {
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_path(path).expect("a table");
-    let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().expect("rows");
-    let seconds = rows[0].iter().position(|name| name == "seconds");
-    let kept = |row: &csv::StringRecord| {
-        let cells = row.iter().enumerate().filter(|&(i, _)| Some(i) != seconds).map(|cell| cell.1);
-        cells.collect::<Vec<_>>().join(",") + "\n"
-    };
-    rows.iter().map(kept).collect()
 }
 
 #[test]

@@ -5,7 +5,7 @@ pub(crate) mod stability;
 pub(crate) mod work;
 pub(crate) mod work_charts;
 
-pub(crate) use afterbay_analysis::study::decay::KEPT;
+pub(crate) use afterbay_analysis::study::kept::KEPT;
 
 use crate::claim::Readings;
 use afterbay_analysis::study::outcome::COMPLETED;
@@ -28,8 +28,8 @@ pub(crate) fn ended(r: &Readings, of: &str) -> String {
     }
 }
 
-/// Whether K is kept. `drift` is its largest deviation relative to the energy at the start; K is
-/// not kept if it is NaN.
+/// Whether K is kept. `drift` is its largest deviation relative to the energy at the start, or to
+/// the largest energy; K is not kept if it is NaN.
 pub(crate) fn keeps(drift: f64) -> bool {
     drift <= KEPT
 }

@@ -197,15 +197,10 @@ fn a_drift_of_k_is_told_from_its_roundings() {
     let [one] = &long_run::run(&starts[..1], &runs[..1], 100, &Silent).unwrap()[..] else {
         panic!()
     };
-    let short = Problem { end: 5.0, ..starts[0].clone() };
-    let runs = trajectory::run(&short, &rows(&["rk4"]), 0.05, 1, &Silent).unwrap();
-    let (steps, mut largest) = (&runs[0].rows, 0.0_f64);
-    let deviations = steps.iter().map(|row| {
-        let kinetic: f64 = row.p.iter().map(|p| 0.5 * p * p).sum();
-        largest = largest.max(row.energy.abs() + kinetic);
-        (row.total - steps[0].total) / largest
-    });
-    let mean = deviations.sum::<f64>() / 100.0;
+    let runs =
+        &energy::run(&Problem { end: 5.0, ..starts[0].clone() }, &rows(&["rk4"]), 0.05, 1, &Silent);
+    let steps = &runs.as_ref().unwrap()[0].rows;
+    let mean = steps[1..].iter().map(|row| row.drift).sum::<f64>() / 100.0 / steps[0].energy;
     assert!((one.rows[0].mean - mean).abs() < 1e-14, "{} {mean}", one.rows[0].mean);
 }
 

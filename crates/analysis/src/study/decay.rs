@@ -2,6 +2,7 @@
 //! step, beside the exact ratio, and whether the drift of K reveals an error.
 
 use super::energy::EnergyRun;
+use super::kept::KEPT;
 use crate::progress::Progress;
 use afterbay_core::IntegrateError;
 use serde::{Serialize, Serializer};
@@ -25,8 +26,6 @@ pub enum Decay {
 
 /// The largest relative error of a loss 1 - R that counts as right.
 pub const TOLERANCE: f64 = 0.1;
-/// The largest deviation of K that counts as kept, relative to the energy at the start.
-pub const KEPT: f64 = 1e-12;
 
 impl Decay {
     /// Judges a run of at least two steps with every step recorded. `exact` is the exact ratio R of

@@ -5,7 +5,7 @@ use super::outcome::Ending;
 use super::{Problem, VARIABLES};
 use crate::progress::{Piece, Progress};
 use crate::{Measured, Solution};
-use afterbay_core::{Grid, IntegrateError, accounts};
+use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -178,19 +178,6 @@ fn solution(
     problem.solution(h, Grid::<f64>::new(h, problem.end)?.steps as usize, progress)
 }
 
-/// The largest errors of q, p and w that may be rounding, along a solution.
-fn roundings(problem: &Problem, solution: &Solution<f64>) -> [f64; 3] {
-    let (n, motors) = (problem.model.degrees(), problem.model.motors());
-    let mut sizes = [0.0_f64; 3];
-    for state in solution.states() {
-        let exchanged = accounts(state, &motors).all();
-        for (size, part) in sizes.iter_mut().zip([&state.q[..n], &state.p[..n], &exchanged]) {
-            *size = part.iter().fold(*size, |most, x| most.max(x.abs()));
-        }
-    }
-    sizes.map(|size| ROUNDING * size)
-}
-
 /// The ratio h/finest if it is a power of two to the bit, so that the times of h are among those of
 /// the finest step and one solution serves both.
 fn doublings(finest: f64, h: f64) -> Option<usize> {
@@ -236,5 +223,6 @@ fn largest_error(
     let doubt = solution.doubt();
     let errors = ending.is_completed().then_some(largest);
     let doubts = [doubt.qp, doubt.qp, doubt.w];
-    Ok(Errors { errors, doubts, roundings: roundings(problem, solution), ending })
+    let roundings = solution.sizes().map(|size| ROUNDING * size);
+    Ok(Errors { errors, doubts, roundings, ending })
 }

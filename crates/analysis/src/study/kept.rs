@@ -3,11 +3,12 @@
 use afterbay_core::{Scalar, StateRef, System};
 use serde::{Deserialize, Serialize};
 
-/// The largest deviation of K, relative to the largest energy of the run, that counts as rounding.
-pub const LARGEST_DRIFT: f64 = 1e-11;
+/// The largest deviation of K that counts as kept, relative to the largest energy.
+pub const KEPT: f64 = 1e-12;
 
-/// The largest energy of a run so far: |H| + Σ |w_j| + ½ Σ |p_j ∂H/∂p_j|. H and K alone may be 0
-/// where their terms are not.
+/// The largest energy E of a run so far: the largest |H| + Σ |w_j| and T = ½ Σ |p_j ∂H/∂p_j|. E is
+/// K0 where H ≥ 0 falls from K0 and no w_j does. T counts because H and w may be 0 where their
+/// terms are not, as in a fall from rest.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct LargestEnergy(f64);
 
@@ -15,11 +16,14 @@ impl LargestEnergy {
     pub(crate) fn see<T: Scalar>(&mut self, system: &dyn System<T>, state: StateRef<'_, T>) {
         let [mut hq, mut hp] = [(); 2].map(|()| vec![T::zero(); state.q.len()]);
         system.gradient(state.q, state.p, &mut hq, &mut hp);
-        let kinetic = state.p.iter().zip(&hp).map(|(&p, &v)| (p * v).half().abs());
-        let terms = kinetic.chain(state.w.iter().map(|w| w.abs()));
-        let energy = terms.fold(state.energy(system).abs(), |sum, term| sum + term).to_f64();
-        if energy.is_finite() {
-            self.0 = self.0.max(energy);
+        let products = state.p.iter().zip(&hp).map(|(&p, &v)| (p * v).abs());
+        let kinetic = products.fold(T::zero(), |sum, product| sum + product).half();
+        let energy = state.energy(system).abs();
+        let held = state.w.iter().fold(energy, |sum, w| sum + w.abs());
+        for energy in [kinetic.to_f64(), held.to_f64()] {
+            if energy.is_finite() {
+                self.0 = self.0.max(energy);
+            }
         }
     }
 

@@ -34,8 +34,8 @@ pub struct LongRunRow {
     pub steps: u64,
     /// Time at the end of the window.
     pub t: f64,
-    /// Root of the mean of ((K - K0)/E)², where E is the largest |H| + Σ |w_j| + ½ Σ |p_j ∂H/∂p_j|
-    /// of the samples so far.
+    /// Root of the mean of ((K - K0)/E)², where E is the largest energy of the samples so far: the
+    /// largest |H| + Σ |w_j| and T = ½ Σ |p_j ∂H/∂p_j|.
     pub rms: f64,
     /// Mean of (K - K0)/E.
     pub mean: f64,

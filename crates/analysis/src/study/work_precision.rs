@@ -55,7 +55,8 @@ pub struct WorkRow {
     /// The relative and absolute tolerance of q, p and w, where steps follow from it; `h` is then
     /// the mean step.
     pub tolerance: Option<f64>,
-    /// max |K - K0| as a share of the largest |H| + Σ |w_j| + ½ Σ |p_j ∂H/∂p_j| of the run.
+    /// max |K - K0| as a share of the largest energy of the run: the largest |H| + Σ |w_j| and
+    /// T = ½ Σ |p_j ∂H/∂p_j|.
     #[serde(skip)]
     pub k_share: f64,
 }

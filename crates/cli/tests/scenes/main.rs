@@ -15,6 +15,7 @@ mod refused;
 mod shards;
 mod streams;
 mod threads;
+mod timeless;
 mod widths;
 
 use std::path::{Path, PathBuf};

@@ -1,10 +1,11 @@
 //! Studies as cells: shards, resumed commands, and commands that are killed give the tables of a
 //! command that runs alone.
 
+use super::timeless::timeless;
 use super::{afterbay, done};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Stdio;
 use std::time::Instant;
 
@@ -144,12 +145,12 @@ impl Place {
     }
 
     /// All tables of a folder, without times.
-    pub(super) fn tables(&self, out: &str) -> BTreeMap<String, Vec<csv::StringRecord>> {
+    pub(super) fn tables(&self, out: &str) -> BTreeMap<String, String> {
         // A command that is killed while it writes a table leaves a file without its name.
         let read = |entry: std::io::Result<std::fs::DirEntry>| {
             let path = entry.expect("a file").path();
             let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-            name.ends_with(".csv").then(|| (name, table(&path)))
+            name.ends_with(".csv").then(|| (name, timeless(&path)))
         };
         std::fs::read_dir(self.path(out).join("data")).expect("tables").filter_map(read).collect()
     }
@@ -157,17 +158,6 @@ impl Place {
     fn journal(&self, out: &str) -> PathBuf {
         self.path(out).join("parts/1-of-1.jsonl")
     }
-}
-
-fn table(path: &Path) -> Vec<csv::StringRecord> {
-    let reader = csv::ReaderBuilder::new().has_headers(false).from_path(path);
-    let rows: Vec<csv::StringRecord> =
-        reader.expect("a table").records().collect::<Result<_, _>>().expect("rows");
-    let times = rows[0].iter().position(|name| name == "seconds");
-    let without = |row: &csv::StringRecord| {
-        row.iter().enumerate().filter(|cell| Some(cell.0) != times).map(|cell| cell.1).collect()
-    };
-    rows.iter().map(without).collect()
 }
 
 #[test]
@@ -186,7 +176,7 @@ fn shards_give_the_tables_of_one_command() {
         let (alone, shared) = (place.tables("alone"), place.tables("shared"));
         assert!(!alone.is_empty());
         for (name, table) in &alone {
-            assert!(table.len() > 1, "{name} is empty");
+            assert!(table.lines().count() > 1, "{name} is empty");
             assert_eq!(Some(table), shared.get(name), "{task}: {name}");
         }
         assert_eq!(alone.len(), shared.len());
@@ -243,7 +233,7 @@ fn a_torn_journal_is_completed() {
 
 /// The number of commands that are killed; the variable AFTERBAY_KILLS asks for more.
 fn kills() -> u64 {
-    std::env::var("AFTERBAY_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(4)
+    std::env::var("AFTERBAY_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(6)
 }
 
 #[test]

@@ -18,7 +18,7 @@ const LN_2_PARTS: [f64; 3] = [LN_2, 2.3190468138462996e-17, 5.707708438416212e-3
 const LARGEST_REDUCED: f64 = 0.79;
 
 /// 1/n! for n from 0: enough that the first term left out of any series below is under 1e-33.
-const INVERSE_FACTORIALS: [Quad; 29] = {
+pub(super) const INVERSE_FACTORIALS: [Quad; 29] = {
     let mut inverses = [Quad::ONE; 29];
     let mut factorial = Quad::ONE;
     let mut n = 1;
@@ -60,7 +60,7 @@ fn exp_reduced(x: Quad) -> (i32, Quad) {
 
 /// 1/(2n + 1) for n from 0: enough that the first term left out of the logarithm below is under
 /// 1e-34 of it.
-const INVERSE_ODDS: [Quad; 22] = {
+pub(super) const INVERSE_ODDS: [Quad; 22] = {
     let mut inverses = [Quad::ONE; 22];
     let mut n = 1;
     while n < inverses.len() {
@@ -93,8 +93,8 @@ impl Scalar for Quad {
     fn to_f64(self) -> f64 {
         self.0
     }
-    /// The product and the sum with one normalisation, at the end: half of the time of the
-    /// operators, which the crate does not inline.
+    /// The product and the sum with one normalisation, at the end. The operators normalise twice,
+    /// and the crate does not inline them.
     #[inline]
     fn mul_add(self, a: Self, b: Self) -> Self {
         let product = self.0 * a.0;
@@ -264,6 +264,23 @@ mod tests {
             *entry = (entry.0 + 1, f64::max(entry.1, error));
         }
         assert!(worst.len() == 7 && worst.values().all(|&(points, _)| points >= 24), "{worst:?}");
+    }
+
+    #[test]
+    fn a_multiply_add_is_as_good_as_its_terms() {
+        let numbers = [Quad(1.0 / 3.0, 1.7e-17), Quad(-0.7, 3.1e-17), Quad(5e7, -2.9e-9)];
+        for a in numbers {
+            for b in numbers {
+                let product = a * b;
+                let near = product * Quad(1.0, 3e-20);
+                for c in [Quad::ONE, Quad(-4e9, 2e-7), -product, -near, Quad::from_f64(1e-30)] {
+                    let exact = product.add_accurate(c);
+                    let off = a.mul_add(b, c).sub_accurate(exact).0.abs();
+                    let bound = <Quad as Scalar>::EPSILON * (product.0.abs() + c.0.abs());
+                    assert!(off <= bound, "{a:?} {b:?} {c:?}: {off:e}, not {bound:e}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -37,13 +37,6 @@ pub struct Accounts<T> {
     pub pumped: Option<T>,
 }
 
-impl<T: Scalar> Accounts<T> {
-    /// All energies: w, s and s_t.
-    pub fn all(self) -> Vec<T> {
-        self.w.into_iter().chain(self.s).chain(self.pumped).collect()
-    }
-}
-
 /// The state of a system with motors from that of the system alone: the motors stand at the time of
 /// the state and have supplied nothing.
 pub fn with_motors<T: Scalar>(state: &State<Vec<T>>, motors: usize) -> State<Vec<T>> {

@@ -61,7 +61,7 @@ fn sheet(scene: &Scene, plan: &LongRunPlan, found: &[LongRun]) -> Result<Sheet, 
         "Each method takes {count} steps from each of {STARTS} starts: that of the scene, and \
          starts with amplitudes larger by 1/1024, 2/1024, … of it. K is computed in 106 bits at \
          about a hundred samples in each of four windows per decade. Its deviation is relative to \
-         the largest |H| + T + Σ |w_j| of the samples so far, T = ½ Σ |p_j ∂H/∂p_j|. That of a \
+         the largest |H| + Σ |w_j| or T of the samples so far, T = ½ Σ |p_j ∂H/∂p_j|. That of a \
          method that keeps K grows like √t if roundings are independent, and like t if they are \
          biased; that of any other method is its truncation error. The exponent is the slope of \
          log rms against log t over the last two decades, with its 95 % confidence interval."

@@ -1,9 +1,9 @@
 //! Accuracy against cost: the table of runs, the cheapest of them, and which methods keep K.
 
+use super::{KEPT, kept};
 use crate::claim::{Readings, Said, list, sci};
 use crate::report::Verdict;
 use crate::sheet::{Sheet, measured, scientific};
-use afterbay_analysis::study::kept::LARGEST_DRIFT;
 use afterbay_analysis::study::work_precision::WorkRow;
 
 /// The columns of a table of runs, see [`cells`].
@@ -52,8 +52,7 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
 fn the_cheapest(r: &Readings) -> Said {
     let all = r.numbers("seconds");
     let best = |keeps: bool| {
-        let able =
-            all.iter().filter(|(name, _)| !keeps || r.number(name, "drift") <= LARGEST_DRIFT);
+        let able = all.iter().filter(|(name, _)| !keeps || r.number(name, "drift") <= KEPT);
         let timed = able.filter(|(_, seconds)| !seconds.is_nan());
         timed.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, _)| *name)
     };
@@ -86,17 +85,16 @@ fn the_cheapest(r: &Readings) -> Said {
 /// States which methods keep K in all runs that reached the end.
 fn who_keeps_k(r: &Readings) -> Said {
     let all = r.numbers("drift");
-    let part = |keeps: bool| {
-        let known = all.iter().filter(|(_, drift)| !drift.is_nan());
-        let of = known.filter(|(_, drift)| (*drift <= LARGEST_DRIFT) == keeps);
+    let part = |word: &str| {
+        let of = all.iter().filter(|(_, drift)| !drift.is_nan() && kept(*drift) == word);
         list(of.map(|(name, drift)| format!("{name} ({})", sci(*drift))))
     };
     let mut statement = format!(
         "K is kept at every step and tolerance by {} and not by {} (in parentheses max |K - K₀| \
-         relative to the largest |H| + T + Σ |w_j| of the run, T = ½ Σ |p_j ∂H/∂p_j|; up to \
-         {LARGEST_DRIFT:.0e} counts as kept).",
-        part(true),
-        part(false),
+         relative to the largest |H| + Σ |w_j| or T of the run, T = ½ Σ |p_j ∂H/∂p_j|; up to \
+         {KEPT:.0e} counts as kept).",
+        part("keeps K"),
+        part("does not keep K"),
     );
     let none: Vec<_> = all.iter().filter(|(_, drift)| drift.is_nan()).collect();
     if !none.is_empty() {

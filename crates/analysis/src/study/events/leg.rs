@@ -42,9 +42,23 @@ pub fn advance(
     let leg = (SINGLE_STEPS / state.q.len() as u64).max(1);
     let kept = if begin > 0 && begin.is_multiple_of(every) { state.t } else { f64::NAN };
     let (piece, done, last, leg_ends) = (Piece::new(progress), begin, &last, false);
-    let balance = (&mut legs.balance, system, model.degrees());
-    let mut walk =
-        Walk { grid, begin, every, leg, record, keep, balance, last, piece, done, kept, leg_ends };
+    let (balance, dof) = (&mut legs.balance, model.degrees());
+    let mut walk = Walk {
+        grid,
+        begin,
+        every,
+        leg,
+        record,
+        keep,
+        balance,
+        system,
+        dof,
+        last,
+        piece,
+        done,
+        kept,
+        leg_ends,
+    };
     let mut happen = |i: usize, state: EventState<'_>| events.happen(i, state);
     let mut observe = |n: u64, state: StateRef<'_, f64>| walk.observe(n, state, progress);
     let rest = Grid { steps: grid.steps - begin, ..grid };
@@ -52,7 +66,7 @@ pub fn advance(
     let mut step = bound.stepper(Tolerance::all(tolerance));
     let result = integrate_with_events(&mut *step, rest, &mut state, pair, &mut observe);
     let result = result.map(drop).map_err(|error| of_run(begin, error));
-    let Walk { keep, balance: (balance, ..), piece, done, kept, leg_ends, .. } = walk;
+    let Walk { keep, balance, piece, done, kept, leg_ends, .. } = walk;
     legs.done = done;
     legs.ending = Ending::of(&result, grid.steps, done);
     if leg_ends && result.is_ok() && !events.stopped {
@@ -65,7 +79,7 @@ pub fn advance(
         return Err(error.into());
     }
     if kept != state.t {
-        balance.see(system, state.state_ref(), model.degrees());
+        balance.see(system, state.state_ref(), dof);
         // The run is over, whether or not the row can be written.
         let _ = keep(record(done, state.state_ref()));
     }
@@ -140,8 +154,10 @@ struct Walk<'a> {
     leg: u64,
     record: Record<'a>,
     keep: Keep<'a>,
-    /// The balance of the run, and the system with its degrees of freedom.
-    balance: (&'a mut Balance, &'a dyn Abilities<f64>, usize),
+    balance: &'a mut Balance,
+    system: &'a dyn Abilities<f64>,
+    /// The number of degrees of freedom without clock and motors.
+    dof: usize,
     /// The time of the last event.
     last: &'a Cell<f64>,
     piece: Piece<'a>,
@@ -164,8 +180,7 @@ impl Walk<'_> {
         let (h, all) = (self.grid.h, self.grid.steps);
         self.done = self.begin + n;
         self.piece.reach(self.done, all);
-        let (balance, system, dof) = &mut self.balance;
-        balance.see(*system, state, *dof);
+        self.balance.see(self.system, state, self.dof);
         let mut goes_on = true;
         let is_new = n > 0 || self.begin == 0;
         if is_new && (self.done.is_multiple_of(self.every) || self.done == all) {

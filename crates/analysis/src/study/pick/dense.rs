@@ -160,11 +160,9 @@ impl Dense {
         self.exact.doubt()
     }
 
-    /// The largest |q_j|, |p_j| and |w_j| of the first `dof` degrees of freedom.
-    pub(super) fn size(&self, dof: usize) -> f64 {
-        let parts = self.exact.states().flat_map(|state| [state.q, state.p, state.w]);
-        let numbers = parts.flat_map(|part| &part[..dof]);
-        numbers.fold(f64::MIN_POSITIVE, |most, z| z.abs().max(most))
+    /// The largest |q_j|, |p_j| and |w_j| of the solution.
+    pub(super) fn size(&self) -> f64 {
+        self.exact.sizes().into_iter().fold(0.0, f64::max)
     }
 
     /// The largest energy along the solution.

@@ -4,7 +4,7 @@ use super::setting::{Choice, TIGHTEST, two_digits};
 use super::trial::{Bench, Trial};
 use super::{Candidate, Wanted};
 use crate::progress::Piece;
-use crate::study::kept::LARGEST_DRIFT;
+use crate::study::kept::KEPT;
 use afterbay_core::IntegrateError;
 use afterbay_methods::registry::{EXACT, Row};
 use cpu_time::ThreadTime;
@@ -217,7 +217,7 @@ impl<'a> Search<'a> {
     fn bracket(&mut self, row: &'static Row) -> Result<Result<Bracket, Reached>, IntegrateError> {
         let bound = self.wanted().error;
         let order = if row.order() == EXACT { 1.0 } else { f64::from(row.order()) };
-        let size = self.bench.dense.size(self.bench.problem.model.degrees());
+        let size = self.bench.dense.size();
         let (mut steps, mut too_few, mut nearest, mut idle) = (1_u64, 0, None::<Trial>, 0);
         loop {
             let (found, growth) = self.at(row, steps)?;
@@ -317,7 +317,7 @@ impl<'a> Search<'a> {
     /// The requirement that a run within the bound does not meet, in words, if any.
     fn flaw(&self, trial: &Trial) -> Result<Option<String>, IntegrateError> {
         let Bench { wanted, dense, problem, .. } = self.bench;
-        if wanted.keep_k && dense.largest_energy(problem)?.share(trial.k_drift) > LARGEST_DRIFT {
+        if wanted.keep_k && dense.largest_energy(problem)?.share(trial.k_drift) > KEPT {
             return Ok(Some(format!("K drifts by {:.1e}", trial.k_drift)));
         }
         let taken = trial.passivity_violations.filter(|&count| wanted.passive && count > 0);

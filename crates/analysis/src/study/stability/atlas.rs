@@ -5,7 +5,8 @@ use super::verdict::Verdict;
 use serde::Serialize;
 
 /// The first step of a method, as h grows, at which a verdict is not [`Verdict::Right`], over all
-/// values of the parameter and at the middle one. Cells without a reference ([`Verdict::Unjudged`]) are ignored.
+/// values of the parameter and at the middle one. Cells without a reference
+/// ([`Verdict::Unjudged`]) are ignored.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AtlasRow {
     /// Name of the method.

@@ -4,30 +4,18 @@
 //! as fast. Debug and test builds would compile them once more at each call.
 
 use crate::numbers::line::Line;
+use crate::numbers::quad::{INVERSE_FACTORIALS, INVERSE_ODDS};
 use crate::numbers::scalar::{Mask, Scalar};
 use crate::numbers::two_sum::two_sum;
 use qd::Quad;
 use std::hint::cold_path;
 
 /// 1/(2k + 1)! for k from 0.
-const INVERSE_FACTORIALS: [Quad; 7] = {
+const INVERSE_ODD_FACTORIALS: [Quad; 7] = {
     let mut inverses = [Quad::ONE; 7];
-    let (mut factorial, mut k) = (1.0, 1);
-    while k < inverses.len() {
-        // Exact: 13! fits in 53 bits.
-        factorial *= (2 * k * (2 * k + 1)) as f64;
-        inverses[k] = Quad::from_f64(factorial).const_recip();
-        k += 1;
-    }
-    inverses
-};
-
-/// 1/(2k + 1) for k from 0.
-const INVERSE_ODDS: [Quad; 11] = {
-    let mut inverses = [Quad::ONE; 11];
     let mut k = 1;
     while k < inverses.len() {
-        inverses[k] = Quad::from_f64((2 * k + 1) as f64).const_recip();
+        inverses[k] = INVERSE_FACTORIALS[2 * k + 1];
         k += 1;
     }
     inverses
@@ -93,8 +81,8 @@ impl<T: Scalar> Edge<T> {
         let e = self.half[0];
         let near = || {
             let square = sign * e * e;
-            let value = series::<T, 7>(square, &INVERSE_FACTORIALS);
-            Line { value, slope: sign * e * derivative::<T, 7>(square, &INVERSE_FACTORIALS) }
+            let value = series::<T, 7>(square, &INVERSE_ODD_FACTORIALS);
+            Line { value, slope: sign * e * derivative::<T, 7>(square, &INVERSE_ODD_FACTORIALS) }
         };
         either(e.abs().lt(T::from_f64(small::<T>())), near, || far(self.half))
     }

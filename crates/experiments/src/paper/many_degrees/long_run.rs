@@ -57,7 +57,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
          run takes {steps} steps on a chain of 8 without friction (β = 1, from rest as a sine), \
          from each of {} starts with the amplitudes 1, 1 + 1/1024, …. K is computed in 106 bits at \
          about a hundred samples in each of four windows per decade, relative to the largest |H| \
-         + T + Σ |w_j| of the samples so far, T = ½ Σ |p_j ∂H/∂p_j|. The deviation grows like √t \
+         + Σ |w_j| or T of the samples so far, T = ½ Σ |p_j ∂H/∂p_j|. The deviation grows like √t \
          if roundings are independent, and like t if they are biased. The exponent is the slope of \
          log rms against log t over the last two decades, with its 95 % confidence interval. The \
          windows of a run are not independent, so that the interval is too narrow. A \
