@@ -1,4 +1,4 @@
-"""Prints period, amplitude and nontrivial multiplier of Van der Pol's cycle, for tests/limit_cycle.rs. Needs mpmath.
+"""Prints period, amplitude and nontrivial multiplier of Van der Pol's cycle, for tests/suite/limit_cycle.rs. Needs mpmath.
 
 q' = p, p' = mu (1 - q^2) p - q. The cycle is symmetric, so that half of it leads from (a, 0) to (-a, 0): the secant method finds a.
 The product of both multipliers is exp of the integral of the divergence mu (1 - q^2), and the other one is 1. Each step is a

@@ -1,0 +1,18 @@
+//! All tests of scenes and reports in one program.
+
+#![cfg(test)]
+
+mod basins;
+mod clocked;
+mod driven;
+mod events;
+mod figures;
+mod limit_cycle;
+mod lyapunov;
+mod many_degrees;
+mod overdamped;
+mod paper;
+mod scenes;
+mod sections;
+mod sentences;
+mod studies;
