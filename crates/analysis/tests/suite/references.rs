@@ -4,7 +4,7 @@ use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::{Problem, global_order};
 use afterbay_analysis::{Doubt, Model, Solution};
 use afterbay_core::taylor::{Pace, Sampled, follow};
-use afterbay_core::{Grid, IntegrateError, Quad, Scalar, Series, State, System};
+use afterbay_core::{IntegrateError, Quad, Scalar, Series, State, System, Tolerance};
 use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{
     Custom, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText, FPUT_CHAIN,
@@ -83,12 +83,19 @@ fn is_within(off: Doubt, doubt: Doubt) -> bool {
     off.qp <= doubt.qp && off.w <= doubt.w
 }
 
-/// The state at the end by RK4 with many steps.
-fn by_steps(problem: &Problem, steps: u64) -> State<Vec<f64>> {
-    let mut state = problem.start().expect("a state");
-    let grid = Grid::of(problem.end / steps as f64, steps).expect("a grid");
-    let rk4 = problem.model.bind(find("rk4").expect("a method")).expect("it applies");
-    rk4.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(())).expect("a run");
+/// The state at the end by a Runge-Kutta method of order 8, none of whose steps is longer than a
+/// leg.
+fn by_legs(problem: &Problem, legs: u32) -> State<Vec<f64>> {
+    let dop853 = find("adaptive-dop853").expect("a method");
+    let run = problem.model.bind(dop853).expect("it applies");
+    let (mut state, tolerance) = (problem.start().expect("a state"), Tolerance::all(1e-12));
+    for leg in 1..=legs {
+        let end = problem.end * f64::from(leg) / f64::from(legs);
+        run.run(Setting::Tolerance(tolerance, end), &mut state, u64::MAX, &mut |_, _| {
+            ControlFlow::Continue(())
+        })
+        .expect("a run");
+    }
     state
 }
 
@@ -119,7 +126,7 @@ fn powers_that_are_left_out_are_no_end() {
         let found = known(&scene, 1);
         let (off, doubt) = (off(&found, &otherwise(&lifted(&system), &scene)), found.doubt_at(1));
         assert!(is_within(off, doubt) && doubt.qp < 1e-15, "{potential}: {off:?} {doubt:?}");
-        let steps = by_steps(&scene, 20_000);
+        let steps = by_legs(&scene, 400);
         assert!(apart(&found, &steps) < 1e-10, "{potential}: {}", apart(&found, &steps));
     }
 }
@@ -135,7 +142,7 @@ fn features_narrower_than_a_stride_are_met() {
     for (potential, dissipation, q, p) in scenes {
         let scene = of(custom(potential, &[dissipation]), &[q], &[p], 4.0);
         let found = known(&scene, 1);
-        let off = apart(&found, &by_steps(&scene, 400_000));
+        let off = apart(&found, &by_legs(&scene, 8000));
         println!("{potential} {dissipation}: {off:e}, doubt {:?}", found.doubt_at(1));
         assert!(
             off < 1e-7 && found.doubt_at(1).most() < 1e-14,
@@ -202,14 +209,7 @@ fn a_stiff_chain_has_a_reference_worth_the_name() {
     let energy = [0, 1].map(|i| found.at(i).energy(&*system));
     assert!((energy[1] / energy[0] - 1.0).abs() < 1e-12, "{energy:?}");
     let doubt = found.doubt_at(1).qp;
-    let dop853 = scene.model.bind(find("adaptive-dop853").expect("a method"));
-    let mut state = scene.start::<f64>().expect("a state");
-    let tolerance = afterbay_core::Tolerance::all(1e-12);
-    let see = &mut |_: u64, _: afterbay_core::StateRef<'_, f64>| ControlFlow::Continue(());
-    dop853
-        .expect("it applies")
-        .run(Setting::Tolerance(tolerance, scene.end), &mut state, 1, see)
-        .expect("a run");
+    let state = by_legs(&scene, 1);
     println!("doubt {doubt:e}, apart {:e}", apart(&found, &state));
     assert!(doubt < 1e-6 && apart(&found, &state) < 1e-5, "{doubt:e} {:e}", apart(&found, &state));
 }
@@ -326,7 +326,7 @@ proptest! {
         };
         let scene = of(custom(&potential, &[&rub]), &[q], &[0.4], 3.0);
         let found = known(&scene, 1);
-        let off = apart(&found, &by_steps(&scene, 100_000));
+        let off = apart(&found, &by_legs(&scene, 3000));
         prop_assert!(off < 3e-6, "{off:e} {potential} {rub}");
         prop_assert!(found.doubt_at(1).most() < 1e-12, "{:?}", found.doubt_at(1));
     }

@@ -88,13 +88,40 @@ fn quotient(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// A lower bound of `value` plus an error of this sign.
+///
+/// The sign of a rounding is as good as random, so that a branch on it would be foretold wrongly
+/// half the time: the number below is computed in any case, and taken where it is needed.
+#[inline]
 fn below((value, error): (f64, f64)) -> f64 {
-    if error >= 0.0 { value } else { value.next_down() }
+    let bits = if value == 0.0 { (-0.0_f64).to_bits() } else { value.to_bits() };
+    // One unit towards 0 for a positive number, away from it for a negative one.
+    let unit = if value > 0.0 { -1 } else { 1 };
+    let lowered = f64::from_bits(bits.wrapping_add_signed(unit));
+    if (error >= 0.0) | !value.is_finite() { value } else { lowered }
 }
 
 /// An upper bound of `value` plus an error of this sign.
+#[inline]
 fn above((value, error): (f64, f64)) -> f64 {
-    if error <= 0.0 { value } else { value.next_up() }
+    -below((-value, -error))
+}
+
+/// A lower bound of a b + c.
+///
+/// The rounding errors of the product and of the sum are added to the sum: where a b and c cancel,
+/// they may be larger than a unit of it.
+#[inline]
+fn product_below((a, b): (f64, f64), c: f64) -> f64 {
+    let (product, error) = product(a, b);
+    let [sum, lost] = two_sum(product, c);
+    let error = error + lost;
+    if error == 0.0 {
+        sum
+    } else if error.is_finite() {
+        below((sum + error, -1.0))
+    } else {
+        below(two_sum(below((product, f64::NAN)), c).into())
+    }
 }
 
 impl Interval {
@@ -140,6 +167,25 @@ impl Interval {
     /// Whether both bounds are finite. If not, the interval is `WHOLE`.
     pub fn is_bounded(self) -> bool {
         self.low.is_finite() && self.high.is_finite()
+    }
+
+    /// The bounds whose products are the least and the largest; `None` where each interval has
+    /// numbers of both signs.
+    #[inline]
+    fn ends(self, other: Self) -> Option<[(f64, f64); 2]> {
+        if self.low >= 0.0 {
+            let least = if other.low >= 0.0 { self.low } else { self.high };
+            let most = if other.high >= 0.0 { self.high } else { self.low };
+            Some([(least, other.low), (most, other.high)])
+        } else if self.high <= 0.0 {
+            let least = if other.high >= 0.0 { self.low } else { self.high };
+            let most = if other.low >= 0.0 { self.high } else { self.low };
+            Some([(least, other.high), (most, other.low)])
+        } else if other.low >= 0.0 || other.high <= 0.0 {
+            other.ends(self)
+        } else {
+            None
+        }
     }
 
     /// The least interval that contains both.
@@ -212,20 +258,8 @@ impl Mul for Interval {
         if !(self.is_bounded() && other.is_bounded()) {
             return Self::WHOLE;
         }
-        // The signs tell at which ends the product is least and largest.
-        if self.low >= 0.0 {
-            let least = if other.low >= 0.0 { self.low } else { self.high };
-            let most = if other.high >= 0.0 { self.high } else { self.low };
-            return Self::bounded(
-                below(product(least, other.low)),
-                above(product(most, other.high)),
-            );
-        }
-        if self.high <= 0.0 {
-            return -(-self * other);
-        }
-        if other.low >= 0.0 || other.high <= 0.0 {
-            return other * self;
+        if let Some([least, most]) = self.ends(other) {
+            return Self::bounded(below(product(least.0, least.1)), above(product(most.0, most.1)));
         }
         let least = [product(self.low, other.high), product(self.high, other.low)].map(below);
         let most = [product(self.low, other.low), product(self.high, other.high)].map(above);
@@ -283,7 +317,12 @@ impl Scalar for Interval {
         if self.is_bounded() { 0.5 * self.low + 0.5 * self.high } else { f64::NAN }
     }
     fn mul_add(self, a: Self, b: Self) -> Self {
-        self * a + b
+        if !(self.is_bounded() && a.is_bounded() && b.is_bounded()) {
+            return Self::WHOLE;
+        }
+        let Some([least, most]) = self.ends(a) else { return self * a + b };
+        let high = -product_below((-most.0, most.1), -b.high);
+        Self::bounded(product_below(least, b.low), high)
     }
     fn abs(self) -> Self {
         if self.low >= 0.0 || !self.is_bounded() {

@@ -114,6 +114,14 @@ impl Scalar for Quad {
     fn half(self) -> Self {
         Quad(self.0 * 0.5, self.1 * 0.5)
     }
+    /// The remainder of the first part is exact: good to 1 unit.
+    #[inline]
+    fn over(self, divisor: f64) -> Self {
+        let high = self.0 / divisor;
+        let low = (high.mul_add(-divisor, self.0) + self.1) / divisor;
+        let sum = high + low;
+        Quad(sum, low - (sum - high))
+    }
     /// √self by one step of Newton's method from that of the high part, good to 3 units of itself.
     fn sqrt(self) -> Self {
         if self.0 == 0.0 {
@@ -281,6 +289,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_quotient_by_a_short_number_times_it_is_the_dividend() {
+        for x in [Quad(1.0 / 3.0, 1.7e-17), Quad(-0.7, 3.1e-17), Quad(5e7, -2.9e-9), Quad::ONE] {
+            for k in [1.0, 2.0, 3.0, 7.0, 23.0, -49.0, 1.0 / 3.0, 1e100] {
+                let quotient = x.over(k);
+                // Exact: the product of a part of the quotient and k in two parts.
+                let rest = [quotient.0, quotient.1].into_iter().fold(x, |rest, part| {
+                    let product = part * k;
+                    let rest = rest.sub_accurate(Quad::from_f64(product));
+                    rest.sub_accurate(Quad::from_f64(part.mul_add(k, -product)))
+                });
+                let off = rest.0.abs() / x.0.abs();
+                assert!(off <= 1.3e-32, "{x:?} by {k}: off by {off:e}");
+            }
+        }
+        assert!(!Scalar::is_finite(Quad::ONE.over(0.0)));
     }
 
     #[test]

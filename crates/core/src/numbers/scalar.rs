@@ -140,6 +140,11 @@ pub trait Scalar:
     fn half(self) -> Self {
         self * Self::from_f64(0.5)
     }
+    /// self / divisor
+    #[inline(always)]
+    fn over(self, divisor: f64) -> Self {
+        self / Self::from_f64(divisor)
+    }
     /// 1 / self
     #[inline(always)]
     fn recip(self) -> Self {

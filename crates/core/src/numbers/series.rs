@@ -6,36 +6,55 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 /// `c_0 + c_1 τ + ... + c_{N-1} τ^{N-1}`, everything of order N and beyond dropped. Comparisons
 /// look at c_0.
 ///
+/// A series may be known to fewer than N terms. A result is known to as many as its operands are,
+/// and the others are not computed.
+///
 /// Most operations are not inlined: a potential in slopes of series would compile to hundreds of
 /// kilobytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Series<T, const N: usize>(pub [T; N]);
+pub struct Series<T, const N: usize> {
+    /// The coefficients; 0 where they are not known.
+    pub c: [T; N],
+    /// The number of coefficients that are known.
+    known: usize,
+}
 
 impl<T: Scalar, const N: usize> Series<T, N> {
+    /// The series with these coefficients.
+    pub const fn new(c: [T; N]) -> Self {
+        Self { c, known: N }
+    }
+
     /// The series of a constant.
     #[inline]
     pub fn constant(c: T) -> Self {
-        let mut series = [T::zero(); N];
-        series[0] = c;
-        Self(series)
+        let mut series = Self::new([T::zero(); N]);
+        series.c[0] = c;
+        series
+    }
+
+    /// A series known to so many terms: the first is `c`, the others are still 0.
+    #[inline]
+    fn begun(c: T, known: usize) -> Self {
+        Self { known, ..Self::constant(c) }
+    }
+
+    /// Its first term alone.
+    pub(crate) fn first(&self) -> Self {
+        Self::begun(self.c[0], 1)
     }
 
     /// The number of terms up to the last that is not 0.
     #[inline]
-    fn terms(&self) -> usize {
-        self.0.iter().rposition(|&c| c != T::zero()).map_or(0, |last| last + 1)
+    pub(crate) fn terms(&self) -> usize {
+        self.c[..self.known].iter().rposition(|&c| c != T::zero()).map_or(0, |last| last + 1)
     }
 
-    /// `c + ∫_0^τ`, the antiderivative with value `c` at 0.
+    /// `c + ∫_0^τ`, the antiderivative with value `c` at 0. It is known to one term more.
     pub fn integral(&self, c: T) -> Self {
-        self.integral_to(N, c)
-    }
-
-    /// The first so many terms of the antiderivative with value `c` at 0.
-    pub(crate) fn integral_to(&self, terms: usize, c: T) -> Self {
-        let mut series = Self::constant(c);
-        for k in 1..terms.min(N) {
-            series.0[k] = self.0[k - 1] / T::from_f64(k as f64);
+        let mut series = Self::begun(c, (self.known + 1).min(N));
+        for k in 1..series.known {
+            series.c[k] = self.c[k - 1].over(k as f64);
         }
         series
     }
@@ -43,27 +62,48 @@ impl<T: Scalar, const N: usize> Series<T, N> {
     /// The sum at τ.
     #[inline]
     pub fn at(&self, tau: T) -> T {
-        self.0.iter().rev().fold(T::zero(), |sum, &c| sum.mul_add(tau, c))
+        self.c.iter().rev().fold(T::zero(), |sum, &c| sum.mul_add(tau, c))
     }
 
     /// The derivative by τ at τ.
     #[inline]
     pub(crate) fn rate_at(&self, tau: T) -> T {
-        let terms = self.0.iter().enumerate().skip(1).rev();
+        let terms = self.c.iter().enumerate().skip(1).rev();
         terms.fold(T::zero(), |sum, (k, &c)| sum.mul_add(tau, c * T::from_f64(k as f64)))
     }
 
-    /// f(self) for an f that satisfies f' = g(f): `first` is f(c_0), `derivative` gives `g` from
-    /// what is known of f.
-    fn compose(self, first: T, derivative: impl Fn(&Self) -> Self) -> Self {
-        let (mut f, terms) = (Self::constant(first), self.terms());
-        for k in 1..N {
-            let slope = derivative(&f);
-            // k f_k = Σ_{i=1..k} i c_i g_{k-i}
-            let sum = (1..terms.min(k + 1)).fold(T::zero(), |sum, i| {
-                (T::from_f64(i as f64) * self.0[i]).mul_add(slope.0[k - i], sum)
-            });
-            f.0[k] = sum / T::from_f64(k as f64);
+    /// Term by term.
+    #[inline]
+    fn with(&mut self, other: &Self, f: impl Fn(T, T) -> T) {
+        let known = self.known.min(other.known);
+        let (terms, unknown) = self.c.split_at_mut(known);
+        for (a, &b) in terms.iter_mut().zip(&other.c) {
+            *a = f(*a, b);
+        }
+        unknown.fill(T::zero());
+        self.known = known;
+    }
+
+    /// k c_k for each of the first so many k, the coefficients of τ times the derivative.
+    #[inline]
+    fn weights(&self, terms: usize) -> [T; N] {
+        let mut weights = self.c;
+        for (k, weight) in weights.iter_mut().enumerate().take(terms) {
+            *weight *= T::from_f64(k as f64);
+        }
+        weights
+    }
+
+    /// f(self) for an f with f' = `slope`, or f' = f if there is none: `first` is f(c_0).
+    fn compose(self, first: T, slope: Option<&Self>) -> Self {
+        let (mut f, terms) = (Self::begun(first, self.known), self.terms());
+        let weights = self.weights(terms);
+        for k in 1..f.known {
+            let slope = slope.unwrap_or(&f);
+            // k f_k = Σ_{i=1..k} i c_i f'_{k-i}
+            let sum = (1..terms.min(k + 1))
+                .fold(T::zero(), |sum, i| weights[i].mul_add(slope.c[k - i], sum));
+            f.c[k] = sum.over(k as f64);
         }
         f
     }
@@ -91,7 +131,7 @@ impl<T: Scalar, const N: usize> Neg for Series<T, N> {
     type Output = Self;
     #[inline(never)]
     fn neg(mut self) -> Self {
-        for c in &mut self.0 {
+        for c in &mut self.c[..self.known] {
             *c = -*c;
         }
         self
@@ -104,25 +144,26 @@ impl<T: Scalar, const N: usize> Mul for Series<T, N> {
     fn mul(self, other: Self) -> Self {
         // Half the factors are parameters, and many end early.
         let (a, b) = (self.terms(), other.terms());
-        let mut product = [T::zero(); N];
+        let known = self.known.min(other.known);
+        let mut product = Self::begun(T::zero(), known);
         if a <= 1 {
-            for (term, &c) in product.iter_mut().zip(&other.0) {
-                *term = self.0[0] * c;
+            for (term, &c) in product.c[..known].iter_mut().zip(&other.c) {
+                *term = self.c[0] * c;
             }
-            return Self(product);
+            return product;
         }
         if b <= 1 {
-            for (term, &c) in product.iter_mut().zip(&self.0) {
-                *term = c * other.0[0];
+            for (term, &c) in product.c[..known].iter_mut().zip(&self.c) {
+                *term = c * other.c[0];
             }
-            return Self(product);
+            return product;
         }
-        for (k, term) in product.iter_mut().enumerate().take(a + b - 1) {
+        for (k, term) in product.c.iter_mut().enumerate().take(known.min(a + b - 1)) {
             for i in (k + 1).saturating_sub(b)..a.min(k + 1) {
-                *term = self.0[i].mul_add(other.0[k - i], *term);
+                *term = self.c[i].mul_add(other.c[k - i], *term);
             }
         }
-        Self(product)
+        product
     }
 }
 
@@ -130,30 +171,29 @@ impl<T: Scalar, const N: usize> Div for Series<T, N> {
     type Output = Self;
     #[inline(never)]
     fn div(self, other: Self) -> Self {
-        let mut quotient = [T::zero(); N];
-        for k in 0..N {
-            let known = (0..k).fold(T::zero(), |sum, i| quotient[i].mul_add(other.0[k - i], sum));
-            quotient[k] = (self.0[k] - known) / other.0[0];
+        let (terms, known) = (other.terms(), self.known.min(other.known));
+        let mut quotient = Self::begun(T::zero(), known);
+        for k in 0..known {
+            let least = (k + 1).saturating_sub(terms);
+            let sum =
+                (least..k).fold(T::zero(), |sum, i| quotient.c[i].mul_add(other.c[k - i], sum));
+            quotient.c[k] = (self.c[k] - sum) / other.c[0];
         }
-        Self(quotient)
+        quotient
     }
 }
 
 impl<T: Scalar, const N: usize> AddAssign for Series<T, N> {
     #[inline(never)]
     fn add_assign(&mut self, other: Self) {
-        for (a, &b) in self.0.iter_mut().zip(&other.0) {
-            *a += b;
-        }
+        self.with(&other, |a, b| a + b);
     }
 }
 
 impl<T: Scalar, const N: usize> SubAssign for Series<T, N> {
     #[inline(never)]
     fn sub_assign(&mut self, other: Self) {
-        for (a, &b) in self.0.iter_mut().zip(&other.0) {
-            *a -= b;
-        }
+        self.with(&other, |a, b| a - b);
     }
 }
 
@@ -174,7 +214,7 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
     }
     #[inline]
     fn to_f64(self) -> f64 {
-        self.0[0].to_f64()
+        self.c[0].to_f64()
     }
     #[inline]
     fn mul_add(self, a: Self, b: Self) -> Self {
@@ -185,68 +225,72 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
         Self::select(self.lt(Self::zero()), -self, self)
     }
     fn sqrt(self) -> Self {
-        let mut f = Self::constant(self.0[0].sqrt());
-        for k in 1..N {
+        let mut f = Self::begun(self.c[0].sqrt(), self.known);
+        for k in 1..self.known {
             // 2 f_0 f_k = c_k - Σ_{0<i<k} f_i f_{k-i}
-            let known = (1..k).fold(T::zero(), |sum, i| f.0[i].mul_add(f.0[k - i], sum));
-            f.0[k] = ((self.0[k] - known) / f.0[0]).half();
+            let sum = (1..k).fold(T::zero(), |sum, i| f.c[i].mul_add(f.c[k - i], sum));
+            f.c[k] = ((self.c[k] - sum) / f.c[0]).half();
         }
         f
     }
     fn exp(self) -> Self {
-        self.compose(self.0[0].exp(), |f| *f)
+        self.compose(self.c[0].exp(), None)
     }
     fn exp_m1(self) -> Self {
         // The slope is e^u: that of a sum with 1 would be lost where u is far below 0.
         let mut series = self.exp();
-        series.0[0] = self.0[0].exp_m1();
+        series.c[0] = self.c[0].exp_m1();
         series
     }
     fn ln(self) -> Self {
         let slope = self.recip();
-        self.compose(self.0[0].ln(), |_| slope)
+        self.compose(self.c[0].ln(), Some(&slope))
     }
     fn atan(self) -> Self {
         let slope = (self * self + Self::one()).recip();
-        self.compose(self.0[0].atan(), |_| slope)
+        self.compose(self.c[0].atan(), Some(&slope))
     }
     fn floor(self) -> Self {
-        Self::constant(self.0[0].floor())
+        Self::constant(self.c[0].floor())
     }
     fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = self.0[0].sin_cos();
+        let (sin, cos) = self.c[0].sin_cos();
         // (sin u)' = cos u u' and (cos u)' = -sin u u' grow together, one coefficient at a time.
-        let (mut s, mut c) = (Self::constant(sin), Self::constant(cos));
+        let (mut s, mut c) = (Self::begun(sin, self.known), Self::begun(cos, self.known));
         let terms = self.terms();
-        for k in 1..N {
+        let weights = self.weights(terms);
+        for k in 1..self.known {
             let (mut ds, mut dc) = (T::zero(), T::zero());
-            for i in 1..terms.min(k + 1) {
-                let weight = T::from_f64(i as f64) * self.0[i];
-                ds = weight.mul_add(c.0[k - i], ds);
-                dc = weight.mul_add(-s.0[k - i], dc);
+            for (i, weight) in weights.iter().enumerate().take(terms.min(k + 1)).skip(1) {
+                ds = weight.mul_add(c.c[k - i], ds);
+                dc = weight.mul_add(s.c[k - i], dc);
             }
-            s.0[k] = ds / T::from_f64(k as f64);
-            c.0[k] = dc / T::from_f64(k as f64);
+            s.c[k] = ds.over(k as f64);
+            c.c[k] = -dc.over(k as f64);
         }
         (s, c)
     }
+    fn over(mut self, divisor: f64) -> Self {
+        for c in &mut self.c[..self.known] {
+            *c = c.over(divisor);
+        }
+        self
+    }
     #[inline]
     fn lt(self, other: Self) -> T::Mask {
-        self.0[0].lt(other.0[0])
+        self.c[0].lt(other.c[0])
     }
     #[inline]
     fn le(self, other: Self) -> T::Mask {
-        self.0[0].le(other.0[0])
+        self.c[0].le(other.c[0])
     }
     #[inline]
     fn is_finite(self) -> T::Mask {
-        self.0[1..].iter().fold(self.0[0].is_finite(), |mask, c| mask.and(c.is_finite()))
+        self.c[1..].iter().fold(self.c[0].is_finite(), |mask, c| mask.and(c.is_finite()))
     }
     #[inline(never)]
     fn select(mask: T::Mask, mut a: Self, b: Self) -> Self {
-        for (a, &b) in a.0.iter_mut().zip(&b.0) {
-            *a = T::select(mask, *a, b);
-        }
+        a.with(&b, |a, b| T::select(mask, a, b));
         a
     }
 }
@@ -255,12 +299,12 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
 mod tests {
     use super::*;
 
-    const X: Series<f64, 8> = Series([0.7, -1.3, 0.4, 2.0, -0.6, 0.1, 0.9, -0.2]);
+    const X: Series<f64, 8> = Series::new([0.7, -1.3, 0.4, 2.0, -0.6, 0.1, 0.9, -0.2]);
 
     fn assert_close(a: Series<f64, 8>, b: Series<f64, 8>) {
         for k in 0..8 {
             assert!(
-                (a.0[k] - b.0[k]).abs() < 1e-11 * (1.0 + b.0[k].abs()),
+                (a.c[k] - b.c[k]).abs() < 1e-11 * (1.0 + b.c[k].abs()),
                 "coefficient {k}: {a:?} {b:?}"
             );
         }
@@ -269,13 +313,13 @@ mod tests {
     #[test]
     fn a_constant_is_a_factor_of_each_term() {
         let [mut nearly, mut lacking] = [Series::constant(3.0), Series::constant(0.0)];
-        (nearly.0[7], lacking.0[2]) = (1e-300, 5.0);
+        (nearly.c[7], lacking.c[2]) = (1e-300, 5.0);
         for other in [Series::constant(3.0), nearly, lacking] {
-            let full = std::array::from_fn(|k| (0..=k).map(|i| X.0[i] * other.0[k - i]).sum());
-            assert_close(X * other, Series(full));
-            assert_close(other * X, Series(full));
+            let full = std::array::from_fn(|k| (0..=k).map(|i| X.c[i] * other.c[k - i]).sum());
+            assert_close(X * other, Series::new(full));
+            assert_close(other * X, Series::new(full));
         }
-        assert_eq!((X * Series::constant(3.0)).0, X.0.map(|c| 3.0 * c));
+        assert_eq!((X * Series::constant(3.0)).c, X.c.map(|c| 3.0 * c));
     }
 
     #[test]
@@ -293,10 +337,45 @@ mod tests {
     }
 
     #[test]
+    fn what_is_known_of_the_operands_is_known_of_the_result() {
+        type Operation = fn(Series<f64, 8>, Series<f64, 8>) -> Series<f64, 8>;
+        let operations: [Operation; 14] = [
+            |x, y| x + y,
+            |x, y| x - y,
+            |x, y| x * y,
+            |x, y| y * x,
+            |x, y| x / y,
+            |x, _| -x,
+            |x, _| x.sqrt(),
+            |x, _| x.exp(),
+            |x, _| x.exp_m1(),
+            |x, _| x.ln(),
+            |x, _| x.atan(),
+            |x, _| x.sin_cos().0,
+            |x, _| x.sin_cos().1,
+            |x, y| Series::select(x.lt(y), x, y).over(3.0),
+        ];
+        let others = [X + Series::constant(1.5), Series::constant(0.3), Series::zero() - X];
+        for (y, operation) in others.iter().flat_map(|y| operations.map(|f| (*y, f))) {
+            let whole = operation(X, y);
+            for known in 1..8 {
+                let mut part = X.c;
+                part[known..].fill(0.0);
+                let found = operation(Series { c: part, known }, y);
+                assert_eq!(found.known, known);
+                assert_eq!(found.c[..known], whole.c[..known], "{known}");
+                assert_eq!(found.c[known..], [0.0; 8][known..], "{known}");
+                let (found, whole) = (found.integral(0.1), whole.integral(0.1));
+                assert_eq!((found.known, found.c[known]), (known + 1, whole.c[known]));
+            }
+        }
+    }
+
+    #[test]
     fn coefficients_are_those_of_taylor() {
-        let tau = Series::<f64, 8>([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let tau = Series::<f64, 8>::new([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let mut factorial = 1.0;
-        for (k, c) in tau.exp().0.into_iter().enumerate() {
+        for (k, c) in tau.exp().c.into_iter().enumerate() {
             factorial *= if k == 0 { 1.0 } else { k as f64 };
             assert!((c * factorial - 1.0).abs() < 1e-15);
         }

@@ -21,5 +21,5 @@ where
         + system.dissipation_of(&[q_mean], &[p_mean], 0).value;
     let delta_q = (q1 - q0) * system.mass(0) / p_mean;
     let delta_p = (p0 - p1) / force;
-    [delta_q, delta_p].map(|delta| Correction { third: delta.0[3], fourth: delta.0[4] })
+    [delta_q, delta_p].map(|delta| Correction { third: delta.c[3], fourth: delta.c[4] })
 }

@@ -34,10 +34,9 @@ pub trait Defect<V: Vector, const M: usize>: Sync {
 ///
 /// The coefficients of the polynomial z about the points of a range of σ are intervals. f of this
 /// [`Series`] of [`Interval`]s encloses coefficient M - 1 (R. E. Moore, *Interval Analysis*, 1966).
-pub struct Enclosed<S, const M: usize> {
+pub struct Enclosed<S> {
     /// The system, its scalar a series of intervals.
     system: S,
-    binomials: [[f64; M]; M],
 }
 
 /// The largest number of enclosures in one stride. A choice: a stride whose first part is shorter
@@ -47,51 +46,25 @@ const MOST_ENCLOSURES: u32 = 48;
 /// stride.
 const SHORTEST_PART: f64 = 0.125;
 
-impl<S, const M: usize> Enclosed<S, M> {
+impl<S> Enclosed<S> {
     /// The enclosures for a system whose scalar is a series of intervals.
     pub fn new(system: S) -> Self {
-        let mut binomials = [[0.0; M]; M];
-        for n in 0..M {
-            binomials[n][0] = 1.0;
-            for k in 1..=n {
-                binomials[n][k] = binomials[n - 1][k - 1] + binomials[n - 1][k];
-            }
-        }
-        Self { system, binomials }
-    }
-
-    /// The coefficients of a polynomial about the points of [from, to].
-    fn shifted(&self, scaled: &Series<Interval, M>, powers: &[Interval; M]) -> Series<Interval, M> {
-        let mut shifted = *scaled;
-        for (k, sum) in shifted.0.iter_mut().enumerate() {
-            for j in k + 1..M {
-                if scaled.0[j] != Interval::zero() {
-                    *sum += scaled.0[j] * Interval::from_f64(self.binomials[j][k]) * powers[j - k];
-                }
-            }
-        }
-        shifted
+        Self { system }
     }
 
     /// Bounds of coefficient M - 1 of f of q, p and w over [from, to], infinite where there are
     /// none.
-    fn bounds<V>(&self, scaled: &State<V>, [from, to]: [f64; 2]) -> [f64; 3]
+    fn bounds<V, const M: usize>(&self, scaled: &State<V>, [from, to]: [f64; 2]) -> [f64; 3]
     where
         V: Vector<Scalar = Series<Interval, M>>,
         S: System<Series<Interval, M>>,
     {
-        let range = Interval::new(from, to);
-        let mut powers = [Interval::one(); M];
-        for k in 1..M {
-            // The points are ≥ 0, so that powers of the bounds are bounds.
-            powers[k] = if from == 0.0 && to == 1.0 { range } else { powers[k - 1] * range };
-        }
-        let shift = |part: &V| V::filled(part.as_slice(), |x| self.shifted(&x, &powers));
+        let shift = |part: &V| V::filled(part.as_slice(), |x| about(x, Interval::new(from, to)));
         let (q, p) = (shift(&scaled.q), shift(&scaled.p));
         let [mut hq, mut hp, mut d] = [(); 3].map(|()| V::zeros(scaled.dof()));
         self.system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
         self.system.dissipation(q.as_slice(), p.as_slice(), hp.as_slice(), d.as_mut_slice());
-        let size = |x: Series<Interval, M>| x.0[M - 1].magnitude();
+        let size = |x: Series<Interval, M>| x.c[M - 1].magnitude();
         let mut bounds = [0.0_f64; 3];
         for ((&hq, &hp), &d) in hq.as_slice().iter().zip(hp.as_slice()).zip(d.as_slice()) {
             for (bound, found) in bounds.iter_mut().zip([size(hp), size(hq + d), size(d * hp)]) {
@@ -100,6 +73,20 @@ impl<S, const M: usize> Enclosed<S, M> {
         }
         bounds
     }
+}
+
+/// The coefficients of a polynomial about the points of a range, by Horner's rule.
+fn about<const M: usize>(
+    mut polynomial: Series<Interval, M>,
+    range: Interval,
+) -> Series<Interval, M> {
+    let (terms, c) = (polynomial.terms(), &mut polynomial.c);
+    for k in 0..terms {
+        for j in (k + 1..terms).rev() {
+            c[j - 1] = c[j].mul_add(range, c[j - 1]);
+        }
+    }
+    polynomial
 }
 
 /// An interval that contains the number.
@@ -112,7 +99,7 @@ fn enclosing<T: Scalar>(c: T) -> Interval {
     }
 }
 
-impl<V, S, const M: usize> Defect<V, M> for Enclosed<S, M>
+impl<V, S, const M: usize> Defect<V, M> for Enclosed<S>
 where
     V: Vector,
     S: System<Series<Interval, M>>,
@@ -121,7 +108,7 @@ where
         let mut powers = [Interval::one(); M];
         (1..M).for_each(|k| powers[k] = powers[k - 1] * Interval::from_f64(tau));
         let scale = |x: Series<V::Scalar, M>| {
-            Series::<Interval, M>(std::array::from_fn(|k| enclosing(x.0[k]) * powers[k]))
+            Series::<Interval, M>::new(std::array::from_fn(|k| enclosing(x.c[k]) * powers[k]))
         };
         let part = |part: &V::Of<Series<V::Scalar, M>>| {
             <V::Of<Series<Interval, M>> as Vector>::filled(part.as_slice(), scale)
@@ -211,7 +198,7 @@ impl<S: ?Sized> Sampled<'_, S> {
         let Expansion { series, .. } = expansion;
         let mut off = [0.0_f64; 3];
         for j in 0..n {
-            let [hq, hp, d] = [&hq, &hp, &d].map(|part| part.as_slice()[j].0[0]);
+            let [hq, hp, d] = [&hq, &hp, &d].map(|part| part.as_slice()[j].c[0]);
             let rates = [(&series.q, hp), (&series.p, -hq - d), (&series.w, d * hp)];
             for (off, (part, rate)) in off.iter_mut().zip(rates) {
                 let apart = (part.as_slice()[j].rate_at(at) - rate).abs().to_f64() * tau.abs();

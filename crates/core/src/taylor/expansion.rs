@@ -7,9 +7,8 @@ use crate::system::{State, System};
 
 /// Computes the Taylor coefficients in time of q, p and w from their constant terms.
 ///
-/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` adds one correct coefficient to q and p. The
-/// others are truncated, which makes the next iteration cheaper. No derivative depends on w, which
-/// is integrated once, after the last.
+/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` adds one coefficient to q and p, from as many as
+/// are known. No derivative depends on w, which is integrated once, after the last.
 pub fn expand<V, T, S, const N: usize>(system: &S, state: &mut State<V>)
 where
     T: Scalar,
@@ -18,21 +17,24 @@ where
 {
     let n = state.dof();
     let (mut hq, mut hp, mut d) = (V::zeros(n), V::zeros(n), V::zeros(n));
-    for known in 1..N {
+    for x in state.q.as_mut_slice().iter_mut().chain(state.p.as_mut_slice()) {
+        *x = x.first();
+    }
+    for _ in 1..N {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
         system.dissipation(q, p, hp.as_slice(), d.as_mut_slice());
         for j in 0..n {
             let (hq, hp, d) = (hq.as_slice()[j], hp.as_slice()[j], d.as_slice()[j]);
             let (q, p) = (&mut state.q.as_mut_slice()[j], &mut state.p.as_mut_slice()[j]);
-            *q = hp.integral_to(known + 1, q.0[0]);
-            *p = (-hq - d).integral_to(known + 1, p.0[0]);
+            *q = hp.integral(q.c[0]);
+            *p = (-hq - d).integral(p.c[0]);
         }
     }
     for (w, (d, hp)) in
         state.w.as_mut_slice().iter_mut().zip(d.as_slice().iter().zip(hp.as_slice()))
     {
-        *w = (*d * *hp).integral(w.0[0]);
+        *w = (*d * *hp).integral(w.c[0]);
     }
 }
 
@@ -68,7 +70,7 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
     pub fn at(&self, tau: V::Scalar) -> State<V> {
         let Self { series, .. } = self;
         let at = |part: &V::Of<Series<V::Scalar, M>>| V::filled(part.as_slice(), |x| x.at(tau));
-        State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.0[0] + tau }
+        State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.c[0] + tau }
     }
 
     /// The largest terms of q, of p and of w at a time τ ≥ 0. That of w is at least p v, the scale

@@ -12,8 +12,8 @@ use crate::numbers::{Scalar, Series};
 /// each time, these zeros converge quadratically to a simple zero of x. A series that is not 0 but
 /// has a constant term of 0 has a zero at τ = 0.
 pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) -> f64 {
-    let start = x.0[0].to_f64();
-    let term = |k: usize| x.0[k].to_f64() * start.signum() * way.signum().powi(k as i32);
+    let start = x.c[0].to_f64();
+    let term = |k: usize| x.c[k].to_f64() * start.signum() * way.signum().powi(k as i32);
     // Its value and its slope.
     let bound = |tau: f64| {
         (2..M).rev().chain([1, 0]).fold([0.0, 0.0], |[value, slope], k| {
@@ -22,7 +22,7 @@ pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) 
         })
     };
     if start == 0.0 {
-        return if x.0.iter().all(|c| *c == T::zero()) { f64::INFINITY } else { 0.0 };
+        return if x.c.iter().all(|c| *c == T::zero()) { f64::INFINITY } else { 0.0 };
     }
     let mut tau = way.abs();
     let [mut value, mut slope] = bound(tau);

@@ -5,7 +5,7 @@ use crate::numbers::{Scalar, Series, larger_or_nan};
 /// The largest absolute value of each coefficient among several series.
 pub(super) fn sizes<T: Scalar, const M: usize>(part: &[Series<T, M>]) -> [f64; M] {
     std::array::from_fn(|k| {
-        let entries = part.iter().map(|x| x.0[k].abs().to_f64());
+        let entries = part.iter().map(|x| x.c[k].abs().to_f64());
         entries.fold(0.0, larger_or_nan)
     })
 }
@@ -58,10 +58,10 @@ mod tests {
     /// A coefficient that is no number is not hidden by those of other degrees of freedom.
     #[test]
     fn coefficients_that_are_none_have_no_reach() {
-        let good = Series::<f64, 24>(std::array::from_fn(|k| 0.5_f64.powi(k as i32)));
+        let good = Series::<f64, 24>::new(std::array::from_fn(|k| 0.5_f64.powi(k as i32)));
         for bad in [f64::NAN, f64::INFINITY] {
             let mut other = good;
-            other.0[7] = bad;
+            other.c[7] = bad;
             for part in [[other, good], [good, other]] {
                 assert_eq!(reach(&sizes(&part), EPSILON), 0.0);
             }

@@ -184,7 +184,7 @@ impl Dice {
             [(&mut state.q, &series.q), (&mut state.p, &series.p), (&mut state.w, &series.w)];
         for ((part, series), scale) in parts.into_iter().zip(scales) {
             for (x, series) in part.as_mut_slice().iter_mut().zip(series.as_slice()) {
-                if series.0[1..].iter().any(|&c| c != V::Scalar::zero()) {
+                if series.c[1..].iter().any(|&c| c != V::Scalar::zero()) {
                     *x += V::Scalar::from_f64(self.sign() * off * V::Scalar::EPSILON * scale);
                 }
             }

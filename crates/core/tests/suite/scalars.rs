@@ -42,6 +42,7 @@ fn operations_are_those_of_f64<T: Scalar>() {
         agrees("*=", product, |k| x(k) * y(k));
         agrees("mul_add", a.mul_add(b, c), |k| x(k) * y(k) + z(k));
         agrees("half", a.half(), |k| x(k) / 2.0);
+        agrees("over", a.over(3.0), |k| x(k) / 3.0);
         agrees("abs", a.abs(), |k| x(k).abs());
         agrees("sqrt", divisor.sqrt(), |k| (y(k) * y(k) + 1.0).sqrt());
         agrees("exp", c.exp(), |k| z(k).exp());

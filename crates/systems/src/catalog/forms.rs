@@ -231,7 +231,7 @@ pub trait Expandable: Number {
 }
 
 /// The defect of a solution, enclosed by its system in series of intervals.
-pub type Enclosure = Enclosed<Arc<dyn System<Ranges>>, TERMS>;
+pub type Enclosure = Enclosed<Arc<dyn System<Ranges>>>;
 
 /// [`Expandable::follow`] with states stored in `V`.
 fn follow<V: Vector>(

@@ -59,6 +59,51 @@ fn results_contain_those_of_all_points() {
     }
 }
 
+/// A product and a sum that may cancel, near underflow and overflow too.
+#[test]
+fn a_product_and_a_sum_contain_those_of_all_points() {
+    let sums = |product: f64| {
+        let near = [product, product.next_up(), 0.999 * product, 1e-5 * product, 1e17 * product];
+        near.into_iter().flat_map(|c| [-c, c]).chain([0.0, 1.0, -5e-324])
+    };
+    let sides = [-1e200, -3.7, -0.1, -1e-150, -1e-160, 0.0, 2e-310, 1e-130, 0.3, 1.1, 7.0, 1e110];
+    for (a, b) in sides.into_iter().flat_map(|a| sides.map(|b| (a, b))) {
+        for c in sums(a * b).filter(|c| c.is_finite()) {
+            let [x, y, z] = [a, b, c].map(Interval::from_f64);
+            let wide = x.mul_add(y, z);
+            // Scaled by 2^k, so that the product keeps its digits; exact in 106 bits, or nearly so.
+            let k = if (a * b).abs() < 1e-250 { 2_f64.powi(400) } else { 1.0 };
+            let exact = (Quad::from_f64(a * k) * Quad::from_f64(b * k))
+                .add_accurate(Quad::from_f64(c * k) * Quad::from_f64(k));
+            let scaled = |x: f64| Quad::from_f64(x * k) * Quad::from_f64(k);
+            if wide.is_bounded() && exact.is_finite() {
+                let slack = Quad::from_f64(1e-31 * exact.0.abs());
+                assert!(scaled(wide.low()) <= exact + slack, "{a:e} {b:e} {c:e}: {wide:?}");
+                assert!(exact - slack <= scaled(wide.high()), "{a:e} {b:e} {c:e}: {wide:?}");
+            }
+            let two = x * y + z;
+            assert!(wide.is_bounded() == two.is_bounded(), "{a:e} {b:e} {c:e}");
+        }
+    }
+    for x in intervals() {
+        for (y, z) in intervals().into_iter().zip(intervals().into_iter().rev()) {
+            let (wide, two) = (x.mul_add(y, z), x * y + z);
+            let apart = 1e-15 * (two.magnitude() + z.magnitude());
+            assert!((wide.low() - two.low()).abs() <= apart, "{x:?} {y:?} {z:?}");
+            assert!((wide.high() - two.high()).abs() <= apart, "{x:?} {y:?} {z:?}");
+        }
+    }
+}
+
+#[test]
+fn bounds_are_the_next_numbers() {
+    for value in [0.0, -0.0, 5e-324, -5e-324, 1e-310, 1.0, -1.0, 1e300, -f64::MAX, f64::MAX] {
+        assert_eq!(below((value, -1.0)), value.next_down(), "{value:e}");
+        assert_eq!(above((value, f64::NAN)), value.next_up(), "{value:e}");
+        assert_eq!([below((value, 0.0)), above((value, -1.0))], [value; 2]);
+    }
+}
+
 #[test]
 fn enclosures_are_tight() {
     let one = Interval::one();
@@ -102,7 +147,7 @@ fn comparisons_may_be_undecided() {
 #[test]
 fn series_of_intervals_enclose_the_coefficients_along_an_edge() {
     let at = |x: Interval| {
-        Series::<Interval, 4>([x, Interval::one(), Interval::zero(), Interval::zero()])
+        Series::<Interval, 4>::new([x, Interval::one(), Interval::zero(), Interval::zero()])
     };
     let series = |x| {
         let x = at(x);
@@ -111,7 +156,7 @@ fn series_of_intervals_enclose_the_coefficients_along_an_edge() {
     let wide = series(Interval::new(0.5, 0.6));
     for x in points(Interval::new(0.5, 0.6)) {
         let exact = series(Interval::from_f64(x));
-        for (wide, exact) in wide.0.into_iter().zip(exact.0) {
+        for (wide, exact) in wide.c.into_iter().zip(exact.c) {
             assert!(wide.low() <= exact.low() && exact.high() <= wide.high());
         }
     }
