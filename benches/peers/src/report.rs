@@ -4,9 +4,8 @@ use super::Scene;
 use super::measure::Row;
 use super::ratios::{self, Part};
 use afterbay_experiments::chart::{Axis, Curve, LineChart, Panels, Style};
-use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::record::{
-    Artifact, Manifest, Output, RunOutcome, StorageError, processor,
+    Artifact, Files, Manifest, Output, RunOutcome, StorageError, processor,
 };
 use afterbay_experiments::report::{Block, Figure, Report, Section, Table};
 use std::path::Path;
@@ -69,7 +68,7 @@ pub fn write(all: &[(Scene, Vec<Row>)], folder: &Path) -> Result<(), StorageErro
         .map(|(scene, _)| (scene.name.into(), serde_json::json!(&*scene.problem)))
         .collect();
     let manifest = Manifest::new("bench peers", problems.into(), runs.collect());
-    Output { report, artifacts, manifest }.write(folder, DataFormat::Csv)
+    Output { report, artifacts, manifest }.write(folder, Files::default())
 }
 
 /// The libraries that have runs.
@@ -148,7 +147,7 @@ fn overview(all: &[(Scene, Vec<Row>)], artifacts: &mut Vec<Artifact>) -> Figure 
     });
     let caption = "The best methods of each library: error of (q, p) at the end against the time \
                    of a run, in units of the time in which the fastest of ours reaches 1e-8.";
-    Figure { svg, caption: caption.into(), file, data: DATA.into() }
+    Figure { svg, caption: caption.into(), file, png: true, data: DATA.into() }
 }
 
 fn section(scene: &Scene, rows: &[Row], artifacts: &mut Vec<Artifact>) -> Section {
@@ -239,7 +238,7 @@ fn figure(
         ..Artifact::default()
     });
     let caption = format!("{about} {} against {}.", capital(view.y.0), view.x.0);
-    Figure { svg, caption, file, data: DATA.into() }
+    Figure { svg, caption, file, png: true, data: DATA.into() }
 }
 
 fn capital(text: &str) -> String {

@@ -3,6 +3,7 @@
 use crate::exit_code;
 use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::journal::Shard;
+use afterbay_experiments::record::Files;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -125,7 +126,7 @@ pub(crate) enum Command {
         #[arg(long)]
         quick: bool,
         #[command(flatten)]
-        data: DataArgument,
+        files: FilesArguments,
     },
     /// Run the methods of a scene's `[run]` table and write the trajectories.
     ///
@@ -159,7 +160,7 @@ pub(crate) enum Command {
         #[arg(long)]
         run: bool,
         #[command(flatten)]
-        data: DataArgument,
+        files: FilesArguments,
     },
     /// Find the cheapest method and step that meets an error bound all along the scene.
     ///
@@ -216,13 +217,16 @@ pub(crate) enum Command {
     },
 }
 
-/// The format of tables.
+/// The kinds of files that are written.
 #[derive(Clone, Copy, Debug, Args)]
-pub(crate) struct DataArgument {
+pub(crate) struct FilesArguments {
     /// The format of the tables in data/. Beside each, NAME.json names its columns, their types and
     /// units, and its origin.
     #[arg(id = "data", long = "data", value_name = "FORMAT", value_enum, default_value_t = Data::Csv)]
-    pub(crate) format: Data,
+    pub(crate) tables: Data,
+    /// Write the charts as SVG alone. PNG files take most of the time of a short command.
+    #[arg(long)]
+    pub(crate) no_png: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -235,13 +239,14 @@ pub(crate) enum Data {
     Jsonl,
 }
 
-impl From<DataArgument> for DataFormat {
-    fn from(DataArgument { format }: DataArgument) -> Self {
-        match format {
-            Data::Csv => Self::Csv,
-            Data::Npy => Self::Npy,
-            Data::Jsonl => Self::Jsonl,
-        }
+impl From<FilesArguments> for Files {
+    fn from(FilesArguments { tables, no_png }: FilesArguments) -> Self {
+        let tables = match tables {
+            Data::Csv => DataFormat::Csv,
+            Data::Npy => DataFormat::Npy,
+            Data::Jsonl => DataFormat::Jsonl,
+        };
+        Self { tables, png: !no_png }
     }
 }
 
@@ -270,7 +275,7 @@ pub(crate) struct SceneArguments {
     #[arg(long, conflicts_with_all = ["resume", "force", "shard"])]
     pub(crate) plan: bool,
     #[command(flatten)]
-    pub(crate) data: DataArgument,
+    pub(crate) files: FilesArguments,
 }
 
 /// A share of the cells, or where to read it from.
@@ -326,7 +331,7 @@ pub(crate) struct PickArguments {
     #[arg(long)]
     pub(crate) force: bool,
     #[command(flatten)]
-    pub(crate) data: DataArgument,
+    pub(crate) files: FilesArguments,
 }
 
 #[derive(Debug, Args)]
@@ -344,7 +349,7 @@ pub(crate) struct CompareArguments {
     #[arg(long)]
     pub(crate) force: bool,
     #[command(flatten)]
-    pub(crate) data: DataArgument,
+    pub(crate) files: FilesArguments,
 }
 
 /// A positive, finite number.

@@ -20,11 +20,11 @@ struct Summary<'a> {
 }
 
 pub(crate) fn run(arguments: &CompareArguments, format: Format) -> Result<ExitCode, Failure> {
-    let &CompareArguments { ref a, ref b, ref out, force, data } = arguments;
+    let &CompareArguments { ref a, ref b, ref out, force, files } = arguments;
     let Comparison { output, findings, scenes, tables } =
         compare::compare(a, b).map_err(Failure::compare)?;
     experiment::own_folder(out, &output.manifest, force)?;
-    output.write(out, data.into()).map_err(Failure::storage)?;
+    output.write(out, files.into()).map_err(Failure::storage)?;
     match format {
         Format::Json => {
             table::json(&Summary { out, findings: &findings, scene: &scenes, tables: &tables })?;

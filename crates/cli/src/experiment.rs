@@ -6,10 +6,9 @@ use crate::failure::{Failure, code_of_results};
 use crate::table::Column;
 use crate::{interrupt, scene, shard, table};
 use afterbay_analysis::study::outcome::COMPLETED;
-use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::experiment::{Cells, Results};
 use afterbay_experiments::journal::{Journal, Shard, Start};
-use afterbay_experiments::record::{self, Manifest, RunOutcome};
+use afterbay_experiments::record::{self, Files, Manifest, RunOutcome};
 use afterbay_experiments::report::Verdict;
 use afterbay_experiments::scene::{Scene, SceneError, SceneProblem, Task};
 use afterbay_experiments::{Finding, experiment};
@@ -45,7 +44,7 @@ pub(crate) fn run(
     let shard = arguments.shard.map(shard::of).transpose()?;
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.scene));
     folder(&out, &scene, arguments.force)?;
-    let data = arguments.data.into();
+    let files = arguments.files.into();
     interrupt::listen();
     let bars = Bars::new();
     let start = match (arguments.resume, arguments.force) {
@@ -59,7 +58,9 @@ pub(crate) fn run(
     let results = experiment::perform(task, &scene, &journal, &bars)?;
     bars.finish();
     match (shard, results) {
-        (None, Some(results)) => write(results, (&out, data, Some((&journal, plan.len()))), format),
+        (None, Some(results)) => {
+            write(results, (&out, files, Some((&journal, plan.len()))), format)
+        }
         (shard, _) => shard::done(shard.unwrap_or(Shard::WHOLE), (&out, &journal), format),
     }
 }
@@ -67,10 +68,10 @@ pub(crate) fn run(
 /// Writes the results, and says what was found.
 pub(crate) fn write(
     (output, findings): Results,
-    (out, data, cells): (&Path, DataFormat, Option<(&Journal, usize)>),
+    (out, files, cells): (&Path, Files, Option<(&Journal, usize)>),
     format: Format,
 ) -> Result<ExitCode, Failure> {
-    output.write(out, data).map_err(Failure::storage)?;
+    output.write(out, files).map_err(Failure::storage)?;
     let runs = &output.manifest.runs;
     let (reused, cells) = cells.map_or((0, 0), |(journal, cells)| (journal.reused, cells));
     match format {

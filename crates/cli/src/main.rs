@@ -33,12 +33,12 @@ fn main() -> ExitCode {
     let arguments = Arguments::try_parse().unwrap_or_else(|error| arguments::refused(error).exit());
     let format = arguments.format;
     let result = threads(arguments.threads).and_then(|()| match arguments.command {
-        Command::Paper { out, quick, data } => paper::run((&out, data.into()), quick, format),
+        Command::Paper { out, quick, files } => paper::run((&out, files.into()), quick, format),
         Command::Run(arguments) => experiment::run(Task::Run, &arguments, format),
         Command::Study(arguments) => experiment::run(Task::Study, &arguments, format),
-        Command::Merge { folder, run, data } => {
+        Command::Merge { folder, run, files } => {
             let task = if run { Task::Run } else { Task::Study };
-            merge::run((&folder, task), data.into(), format)
+            merge::run((&folder, task), files.into(), format)
         }
         Command::Pick(arguments) => pick::run(&arguments, format),
         Command::Check { scene } => check::run(&scene, format),

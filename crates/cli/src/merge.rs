@@ -4,9 +4,9 @@ use crate::arguments::Format;
 use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::{experiment, interrupt, shard};
-use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::experiment::{perform, plan};
 use afterbay_experiments::journal::Journal;
+use afterbay_experiments::record::Files;
 use afterbay_experiments::scene::Task;
 use std::path::Path;
 use std::process::ExitCode;
@@ -14,7 +14,7 @@ use std::process::ExitCode;
 /// Joins the cells of a folder and writes the results. A folder without studies has runs.
 pub(crate) fn run(
     (folder, task): (&Path, Task),
-    data: DataFormat,
+    files: Files,
     format: Format,
 ) -> Result<ExitCode, Failure> {
     let (journal, task, scene) = Journal::join(folder, task).map_err(Failure::merge)?;
@@ -30,7 +30,7 @@ pub(crate) fn run(
     let results = perform(task, &scene, &journal, &bars)?;
     bars.finish();
     match results {
-        Some(results) => experiment::write(results, (folder, data, None), format),
+        Some(results) => experiment::write(results, (folder, files, None), format),
         None => Err(Failure::interrupted()),
     }
 }

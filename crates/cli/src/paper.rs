@@ -5,15 +5,14 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{interrupt, table};
-use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::paper::{self, Extent};
-use afterbay_experiments::record;
+use afterbay_experiments::record::{self, Files};
 use afterbay_experiments::report::Verdict;
 use std::path::Path;
 use std::process::ExitCode;
 
 pub(crate) fn run(
-    (out, data): (&Path, DataFormat),
+    (out, files): (&Path, Files),
     quick: bool,
     format: Format,
 ) -> Result<ExitCode, Failure> {
@@ -24,7 +23,7 @@ pub(crate) fn run(
     let extent = if quick { Extent::Quick } else { Extent::Full };
     let (output, findings) = paper::run(extent, &bars)?;
     bars.finish();
-    output.write(out, data).map_err(Failure::storage)?;
+    output.write(out, files).map_err(Failure::storage)?;
     match format {
         Format::Json => table::json(&findings)?,
         Format::Table => {

@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
     if let Some(out) = &arguments.out {
         let report = experiment::pick(&scene, &found);
         let (output, _) = report.map_err(|error: ReportError| Failure::from(error))?;
-        output.write(out, arguments.data.into()).map_err(Failure::storage)?;
+        output.write(out, arguments.files.into()).map_err(Failure::storage)?;
     }
     let winner = found.qualified.first().map(|winner| &winner.run);
     let written = arguments.write.as_deref().zip(winner);

@@ -20,6 +20,22 @@ use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
+/// The kinds of files that are written.
+#[derive(Clone, Copy, Debug)]
+pub struct Files {
+    /// The format of tables.
+    pub tables: DataFormat,
+    /// Whether each chart is written as a PNG file too, beside the SVG.
+    pub png: bool,
+}
+
+impl Default for Files {
+    /// Tables as CSV, and PNG files.
+    fn default() -> Self {
+        Self { tables: DataFormat::Csv, png: true }
+    }
+}
+
 /// A file of the output, named relative to its folder.
 #[derive(Clone, Debug, Default)]
 pub struct Artifact {
@@ -29,7 +45,7 @@ pub struct Artifact {
     pub text: String,
     /// The other rows of a long table.
     pub rows: Vec<RowsFile>,
-    /// The chart of an SVG file. It is written as a PNG file too, beside the SVG.
+    /// The chart of an SVG file, for a PNG file beside it.
     pub picture: Option<Drawing>,
 }
 
@@ -226,12 +242,12 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
 }
 
 impl Output {
-    /// Writes all results below `folder`, with tables in a format. Each file gets its name only
-    /// when it is complete; the report comes last.
+    /// Writes all results below `folder`. Each file gets its name only when it is complete; the
+    /// report comes last.
     ///
     /// # Errors
     /// [`StorageError`] with the file that could not be written.
-    pub fn write(&self, folder: &Path, format: DataFormat) -> Result<(), StorageError> {
+    pub fn write(&self, folder: &Path, files: Files) -> Result<(), StorageError> {
         let manifest = serde_json::to_string_pretty(&self.manifest)
             .map_err(|source| StorageError::Manifest { source })?;
         let put = |name: &str, contents: &[u8]| {
@@ -240,22 +256,20 @@ impl Output {
         };
         self.artifacts.par_iter().try_for_each(|artifact| {
             if let Some(table) = artifact.name.strip_suffix(".csv") {
-                return self.write_table((table, artifact), format, folder);
+                return self.write_table((table, artifact), files.tables, folder);
             }
             put(&artifact.name, artifact.text.as_bytes())?;
-            let Some(picture) = &artifact.picture else { return Ok(()) };
+            let Some(picture) = artifact.picture.as_ref().filter(|_| files.png) else {
+                return Ok(());
+            };
             let name = Path::new(&artifact.name).with_extension("png");
             let png =
                 picture.png().map_err(|why| StorageError::Picture { path: name.clone(), why });
             put(&name.to_string_lossy(), &png?)
         })?;
         put("run.json", manifest.as_bytes())?;
-        let report = match format {
-            DataFormat::Csv => self.report.html(),
-            _ => self.report.clone().with_tables(format).html(),
-        };
-        put("report.html", report.as_bytes())?;
-        self.remove_others(folder, format)
+        put("report.html", self.report.clone().linked(files).html().as_bytes())?;
+        self.remove_others(folder, files)
     }
 
     /// Writes a table and its sidecar.
@@ -274,14 +288,17 @@ impl Output {
         write_whole(&path, &sidecar).map_err(|source| StorageError::File { path, source })
     }
 
-    /// Removes the tables of this name that an earlier command wrote in another format.
-    fn remove_others(&self, folder: &Path, format: DataFormat) -> Result<(), StorageError> {
+    /// Removes the tables of these names that an earlier command wrote in another format, and its
+    /// PNG files if none are written now.
+    fn remove_others(&self, folder: &Path, files: Files) -> Result<(), StorageError> {
         let tables = self.artifacts.iter().filter_map(|x| x.name.strip_suffix(".csv"));
-        let others = DataFormat::ALL.into_iter().filter(|other| *other != format);
+        let others = DataFormat::ALL.into_iter().filter(|other| *other != files.tables);
         let old = tables.flat_map(|table| {
             others.clone().map(move |other| folder.join(format!("{table}.{}", other.extension())))
         });
-        for path in old.filter(|path| path.is_file()) {
+        let charts = self.artifacts.iter().filter(|x| !files.png && x.picture.is_some());
+        let pictures = charts.map(|x| folder.join(&x.name).with_extension("png"));
+        for path in old.chain(pictures).filter(|path| path.is_file()) {
             std::fs::remove_file(&path).map_err(|source| StorageError::File { path, source })?;
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! A report as one self-contained HTML file: text, verdicts, tables and figures.
 
-use crate::data::DataFormat;
+use crate::record::Files;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 
@@ -74,15 +74,17 @@ pub struct Figure {
     pub caption: String,
     /// The file of the chart, relative to the report.
     pub file: String,
+    /// Whether there is a PNG file beside it.
+    pub png: bool,
     /// The file of the numbers in the chart, relative to the report.
     pub data: String,
 }
 
 impl Report {
-    /// The report with links to tables in another format.
-    pub(crate) fn with_tables(mut self, format: DataFormat) -> Self {
+    /// The report with links to the files that are written.
+    pub(crate) fn linked(mut self, files: Files) -> Self {
         let blocks = self.sections.iter_mut().flat_map(|section| &mut section.blocks);
-        blocks.for_each(|block| block.link(format));
+        blocks.for_each(|block| block.link(files));
         self
     }
 
@@ -145,11 +147,11 @@ impl Block {
         }
     }
 
-    fn link(&mut self, format: DataFormat) {
+    fn link(&mut self, files: Files) {
         match self {
-            Block::Figure(figure) => figure.link(format),
-            Block::Pair(left, right) => [left, right].into_iter().for_each(|x| x.link(format)),
-            Block::Fold(_, blocks) => blocks.iter_mut().for_each(|block| block.link(format)),
+            Block::Figure(figure) => figure.link(files),
+            Block::Pair(left, right) => [left, right].into_iter().for_each(|x| x.link(files)),
+            Block::Fold(_, blocks) => blocks.iter_mut().for_each(|block| block.link(files)),
             Block::Text(_) | Block::Verdict(..) | Block::Table(_) => {}
         }
     }
@@ -252,9 +254,10 @@ impl Figure {
         format!("{}.png", self.file.trim_end_matches(".svg"))
     }
 
-    fn link(&mut self, format: DataFormat) {
+    fn link(&mut self, files: Files) {
+        self.png = files.png;
         if let Some(name) = self.data.strip_suffix(".csv") {
-            self.data = format!("{name}.{}", format.extension());
+            self.data = format!("{name}.{}", files.tables.extension());
         }
     }
 
@@ -267,7 +270,7 @@ impl Figure {
                     b { "Figure " (figures) ". " } (self.caption) " "
                     span.files {
                         "Chart: " a href=(self.file) { (self.file) }
-                        " (or " a href=(self.picture()) { "PNG" } ")"
+                        @if self.png { " (or " a href=(self.picture()) { "PNG" } ")" }
                         ", data: " a href=(self.data) { (self.data) }
                     }
                 }
@@ -299,6 +302,7 @@ mod tests {
             svg: SVG.into(),
             caption: "a & b".into(),
             file: "a.svg".into(),
+            png: true,
             data: "a.csv".into(),
         }
     }

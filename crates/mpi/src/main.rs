@@ -6,11 +6,10 @@
 //! `--resume` computes what is missing.
 
 use afterbay_experiments::ReportError;
-use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::experiment::{Cells, perform};
 use afterbay_experiments::journal::{Journal, JournalError, Ledger, Shard, Start};
 use afterbay_analysis::progress::Progress;
-use afterbay_experiments::record::{StorageError, prepare};
+use afterbay_experiments::record::{Files, StorageError, prepare};
 use afterbay_experiments::scene::{MOST_BYTES, Scene, Task, text};
 use clap::Parser;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Source};
@@ -187,7 +186,7 @@ fn join(
         return Err(Trouble::Missing { missing, all: cells.plan().len() });
     }
     if let Some((results, _)) = perform(task, &scene, &journal, signal)? {
-        results.write(out, DataFormat::Csv)?;
+        results.write(out, Files::default())?;
         println!("Report: {}", out.join("report.html").display());
     }
     Ok(())

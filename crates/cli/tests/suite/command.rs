@@ -28,7 +28,8 @@ fn the_paper_writes_everything_and_says_what_holds() {
         command.assert().success()
     };
     let (words, json) = std::thread::scope(|scope| {
-        let json = scope.spawn(|| paper(&["--threads", "1", "--format", "json", "--out", "json"]));
+        let json = scope
+            .spawn(|| paper(&["--threads", "1", "--no-png", "--format", "json", "--out", "json"]));
         let words = paper(&["--threads", "5", "--out", "deep/er"]);
         (words, json.join().expect("it is run"))
     });
@@ -95,7 +96,7 @@ fn tables(folder: &Path) -> BTreeMap<String, String> {
 fn findings_of_a_study_have_words_and_readings_in_json() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/damped-oscillator.toml");
-    let output = afterbay(&["study", scene, "--format", "json", "--out"])
+    let output = afterbay(&["study", scene, "--no-png", "--format", "json", "--out"])
         .arg(folder.path())
         .output()
         .expect("runs");

@@ -59,7 +59,7 @@ impl Results {
     fn of(&self, command: &str, name: &str, scene: &str) -> PathBuf {
         let (file, out) = (self.path(&format!("{name}.toml")), self.path(name));
         std::fs::write(&file, scene).expect("a scene");
-        afterbay(&[command]).arg(&file).arg("--out").arg(&out).assert().success();
+        afterbay(&[command, "--no-png"]).arg(&file).arg("--out").arg(&out).assert().success();
         out
     }
 
@@ -75,7 +75,7 @@ impl Results {
 
     /// The command that compares two results.
     fn compare(&self, a: &Path, b: &Path) -> Command {
-        let mut command = afterbay(&["compare"]);
+        let mut command = afterbay(&["compare", "--no-png"]);
         command.arg(a).arg(b).arg("--out").arg(self.path("compared"));
         command
     }

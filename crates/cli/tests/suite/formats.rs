@@ -29,7 +29,7 @@ steps = [0.2, 0.1]
 fn written(folder: &Path, command: &str, format: &str) {
     let scene = folder.join("scene.toml");
     std::fs::write(&scene, SCENE).expect("a scene");
-    let mut command = afterbay(&[command, "--force", "--data", format]);
+    let mut command = afterbay(&[command, "--no-png", "--force", "--data", format]);
     let (code, _, stderr) = done(command.arg(scene).arg("--out").arg(folder.join(format)));
     assert_eq!(code, Some(0), "{stderr}");
 }
@@ -101,7 +101,7 @@ fn the_formats_have_the_same_numbers() {
     }
 
     for other in ["npy", "jsonl"] {
-        let mut compare = afterbay(&["compare", "--format", "json"]);
+        let mut compare = afterbay(&["compare", "--no-png", "--format", "json"]);
         let out = folder.path().join(format!("csv-{other}"));
         compare.arg(of("csv")).arg(of(other)).arg("--out").arg(out);
         let (code, stdout, stderr) = done(&mut compare);
@@ -119,7 +119,7 @@ fn a_table_has_one_format_at_a_time() {
     std::fs::write(&scene, SCENE).expect("a scene");
     let out = folder.path().join("out");
     for format in ["csv", "npy", "jsonl", "csv"] {
-        let mut study = afterbay(&["study", "--force", "--data", format]);
+        let mut study = afterbay(&["study", "--no-png", "--force", "--data", format]);
         let (code, _, stderr) = done(study.arg(&scene).arg("--out").arg(&out));
         assert_eq!(code, Some(0), "{stderr}");
         let found = names(&out.join("data"));

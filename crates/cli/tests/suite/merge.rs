@@ -43,7 +43,8 @@ fn a_merge_joins_studies_and_runs_of_one_folder() {
         place.run(task, "shared", &["--shard", "1/2"]);
     }
     assert!(!place.path("shared/data").exists());
-    let merge = |more: &[&str]| done(afterbay(&["merge"]).arg(place.path("shared")).args(more));
+    let merge =
+        |more: &[&str]| done(afterbay(&["merge", "--no-png"]).arg(place.path("shared")).args(more));
     for more in [&[][..], &["--run"]] {
         let (code, _, stderr) = merge(more);
         assert_eq!(code, Some(0), "{stderr}");

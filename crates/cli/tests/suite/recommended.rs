@@ -56,7 +56,7 @@ fn the_scene_of_a_recommendation_is_valid_and_keeps_its_comments_and_its_studies
     let plans: serde_json::Value = serde_json::from_str(&plans).expect("JSON");
     assert_eq!(plans[0]["methods"], serde_json::json!([name]));
     let out = folder.path().join("out");
-    let (code, _, stderr) = done(afterbay(&["run", "--out"]).arg(&out).arg(&file));
+    let (code, _, stderr) = done(afterbay(&["run", "--no-png", "--out"]).arg(&out).arg(&file));
     assert_eq!(code, Some(0), "{stderr}");
 
     // The lines alone, in place of the scene's own tables, are a scene as well.

@@ -81,7 +81,7 @@ fn a_wall_that_is_not_followed_ends_with_3_and_a_stop_is_said() {
     let (folder, path) = written("scene.toml", scene("bounce", "").as_bytes());
     let pick = || done(afterbay(&["pick", "--error", "1e-2"]).arg(&path));
     let out = folder.path().join("out");
-    let study_of = || done(afterbay(&["study", "--out"]).arg(&out).arg(&path));
+    let study_of = || done(afterbay(&["study", "--no-png", "--out"]).arg(&out).arg(&path));
     let said = |text: &str| squeezed(text);
     let why = said("the event wall changes the state: neither a study nor `pick` follows it");
     let (code, stdout, stderr) = pick();

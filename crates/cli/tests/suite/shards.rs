@@ -128,7 +128,7 @@ impl Place {
 
     /// A command on the scene, with a folder for its results.
     pub(super) fn command(&self, task: &str, out: &str, more: &[&str]) -> std::process::Command {
-        let mut command = afterbay(&[task]);
+        let mut command = afterbay(&[task, "--no-png"]);
         command.arg(self.path("scene.toml")).arg("--out").arg(self.path(out)).args(more);
         command
     }
@@ -141,7 +141,7 @@ impl Place {
     }
 
     pub(super) fn merge(&self, out: &str) -> (Option<i32>, String, String) {
-        done(afterbay(&["merge"]).arg(self.path(out)))
+        done(afterbay(&["merge", "--no-png"]).arg(self.path(out)))
     }
 
     /// All tables of a folder, without times.

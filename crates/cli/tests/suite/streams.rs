@@ -22,7 +22,7 @@ every = 1
 "#;
 
 fn command(folder: &Path, out: &str, more: &[&str]) -> std::process::Command {
-    let mut command = afterbay(&["run"]);
+    let mut command = afterbay(&["run", "--no-png"]);
     command.arg(folder.join("scene.toml")).arg("--out").arg(folder.join(out)).args(more);
     command
 }
@@ -59,7 +59,7 @@ fn shares_and_resumed_commands_write_the_bytes_of_one() {
     }
     for format in ["csv", "npy", "jsonl"] {
         run(&path, "alone", &["--resume", "--data", format]);
-        let mut merge = afterbay(&["merge", "--data", format]);
+        let mut merge = afterbay(&["merge", "--no-png", "--data", format]);
         let (code, _, stderr) = done(merge.arg(path.join("shared")));
         assert_eq!(code, Some(0), "{stderr}");
         let [alone, shared] = ["alone", "shared"].map(|out| table(&path, out, format));

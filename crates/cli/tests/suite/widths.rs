@@ -36,10 +36,10 @@ const COMMANDS: [(&[&str], i32); 9] = [
     (&["list", "systems"], 0),
     (&["list", "functions"], 0),
     (&["check", "scene.toml"], 0),
-    (&["run", "scene.toml"], 0),
-    (&["run", "coarse.toml"], 4),
-    (&["study", "scene.toml", "--force"], 4),
-    (&["pick", "scene.toml", "--error", "1e-4", "--out", "pick", "--force"], 0),
+    (&["run", "scene.toml", "--no-png"], 0),
+    (&["run", "coarse.toml", "--no-png"], 4),
+    (&["study", "scene.toml", "--no-png", "--force"], 4),
+    (&["pick", "scene.toml", "--error", "1e-4", "--out", "pick", "--no-png", "--force"], 0),
     (&["pick", "scene.toml", "--error", "1e-300"], 4),
 ];
 

@@ -1,9 +1,8 @@
 //! Figures of trajectories: those a scene asks for, and those it does not.
 
 use afterbay_analysis::progress::Silent;
-use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::experiment;
-use afterbay_experiments::record::{Artifact, Output};
+use afterbay_experiments::record::{Artifact, Files, Output};
 use afterbay_experiments::scene::Scene;
 
 const OSCILLATOR: &str = r#"
@@ -137,7 +136,7 @@ fn a_study_begins_with_its_charts_and_shows_orders_at_the_steps() {
 #[test]
 fn every_figure_is_a_picture_too() {
     let (folder, output) = (tempfile::tempdir().expect("a folder"), output(OSCILLATOR));
-    output.write(folder.path(), DataFormat::Csv).expect("written");
+    output.write(folder.path(), Files::default()).expect("written");
     for figure in figures(&output) {
         let path = folder.path().join(&figure.name).with_extension("png");
         let png = std::fs::read(path).expect("a picture");
@@ -145,6 +144,18 @@ fn every_figure_is_a_picture_too() {
         // 1.5 million pixels with some drawing on them.
         assert!(png.len() > 10_000, "{} has {} bytes", figure.name, png.len());
     }
+    let linked = || {
+        let report = std::fs::read_to_string(folder.path().join("report.html")).expect("a report");
+        report.contains(".png")
+    };
+    assert!(linked());
+    // Where none are asked for, those of an earlier command go.
+    output.write(folder.path(), Files { png: false, ..Files::default() }).expect("written");
+    for figure in figures(&output) {
+        let path = folder.path().join(&figure.name);
+        assert!(path.exists() && !path.with_extension("png").exists(), "{}", figure.name);
+    }
+    assert!(!linked());
 }
 
 #[test]

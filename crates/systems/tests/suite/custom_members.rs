@@ -3,6 +3,7 @@
 use afterbay_core::{Abilities, Coupling, System, Uniform, validate};
 use afterbay_systems::{Custom, Description, DissipationText};
 use proptest::prelude::*;
+use std::sync::LazyLock;
 
 const N: usize = 20;
 
@@ -40,6 +41,10 @@ const EQUAL: [(&str, &str, &str, bool); 9] = [
     ("sum(i, 1, n-1, abs(q[i+1]*q[i]) + ln(2 + q[i+1]^2))", "0", "1", false),
     ("sum(i, 1, n, q[i]^4/4)", "0.1*p[i]", "1", false),
 ];
+
+static SYSTEMS: LazyLock<[Custom<f64>; 9]> = LazyLock::new(|| {
+    EQUAL.map(|(potential, dissipation, mass, _)| system(potential, dissipation, mass))
+});
 
 #[test]
 fn chains_and_rings_of_equal_members_are_found() {
@@ -93,8 +98,6 @@ proptest! {
         q in prop::collection::vec(-2.0..2.0_f64, N),
         p in prop::collection::vec(-2.0..2.0_f64, N),
     ) {
-        let (potential, dissipation, mass, _) = EQUAL[which];
-        let system = system(potential, dissipation, mass);
-        prop_assert_eq!(validate::uniform(&system, &q, &p), Ok(()), "{}", potential);
+        prop_assert_eq!(validate::uniform(&SYSTEMS[which], &q, &p), Ok(()), "{}", EQUAL[which].0);
     }
 }

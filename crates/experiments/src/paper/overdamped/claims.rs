@@ -56,36 +56,34 @@ pub(super) fn energies(r: &Readings) -> Said {
 
 /// States which methods decay rightly at both frictions, and which at only one.
 pub(super) fn trusted(r: &Readings) -> Said {
-    let right = |word: &str| {
-        [Decay::Right, Decay::RightWithoutK].iter().any(|decay| decay.to_string() == word)
-    };
-    let all = r.of_all("b = 200");
-    let at = |name: &str| ["b = 200", "b = 5000"].map(|b| right(r.word(name, b)));
-    let both: Vec<_> = all.iter().filter(|name| at(name) == [true, true]).collect();
-    let once = all.iter().filter(|name| at(name) == [true, false]);
-    let later = all.iter().filter(|name| at(name) == [false, true]);
-    let wrong = all.iter().filter(|name| r.word(name, "b = 200") == Decay::WrongWithK.to_string());
-    let (once, later): (Vec<_>, Vec<_>) = (
-        once.map(|name| format!("{name} (at b = 5000: {})", r.word(name, "b = 5000"))).collect(),
-        later.map(|name| format!("{name} (at b = 200: {})", r.word(name, "b = 200"))).collect(),
-    );
+    let right = [Decay::Right, Decay::RightWithoutK].map(|decay| decay.to_string());
+    let (wrong, mut wrongly) = (Decay::WrongWithK.to_string(), 0);
+    let (mut both, mut once, mut later) = (Vec::new(), Vec::new(), Vec::new());
     let mut rest: BTreeMap<&str, usize> = BTreeMap::new();
-    for name in all.iter().filter(|name| at(name) == [false, false]) {
-        *rest.entry(r.word(name, "b = 200")).or_default() += 1;
+    for name in r.of_all("b = 200") {
+        let [soft, stiff] = ["b = 200", "b = 5000"].map(|b| r.word(name, b));
+        wrongly += usize::from(soft == wrong);
+        match [soft, stiff].map(|word| right.iter().any(|right| right == word)) {
+            [true, true] => both.push(name.to_owned()),
+            [true, false] => once.push(format!("{name} (at b = 5000: {stiff})")),
+            [false, true] => later.push(format!("{name} (at b = 200: {soft})")),
+            [false, false] => *rest.entry(soft).or_default() += 1,
+        }
     }
     let rest = rest.into_iter().map(|(word, count)| format!("{count} \"{word}\""));
-    let says = if both.is_empty() {
-        "no method is right at b = 200 and at b = 5000".to_owned()
+    let holds = !both.is_empty();
+    let says = if holds {
+        format!("{}: right at b = 200 and at b = 5000", list(both))
     } else {
-        format!("{}: right at b = 200 and at b = 5000", list(both.iter().map(ToString::to_string)))
+        "no method is right at b = 200 and at b = 5000".to_owned()
     };
     let statement = format!(
         "{says}. Right at b = 200 only: {}. Right at b = 5000 only: {}. {} methods keep K and \
          decay wrongly at b = 200. Right at neither, by what becomes of them at b = 200: {}.",
         list(once),
         list(later),
-        wrong.count(),
+        wrongly,
         list(rest),
     );
-    (verdict(!both.is_empty()), statement)
+    (verdict(holds), statement)
 }

@@ -6,9 +6,8 @@ use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::pick::{self, Wanted};
 use afterbay_experiments::claim::{Found, Readings, Said};
 use afterbay_experiments::compare;
-use afterbay_experiments::data::DataFormat;
 use afterbay_experiments::paper::{self, Extent};
-use afterbay_experiments::record::Output;
+use afterbay_experiments::record::{Files, Output};
 use afterbay_experiments::report::Verdict;
 use afterbay_experiments::scene::Scene;
 use afterbay_experiments::{Finding, ReportError, experiment};
@@ -67,10 +66,11 @@ fn compared(of_scene: [Output; 2]) -> Vec<Finding> {
     let run = experiment::run(&other, &Silent).expect("it runs").0;
     let study = experiment::study(&other, &Silent).expect("it runs").0;
     let folder = tempfile::tempdir().expect("a folder");
+    let files = Files { png: false, ..Files::default() };
     let both = of_scene.iter().zip([&run, &study]).enumerate().flat_map(|(i, (a, b))| {
         let [at, other] = ["a", "b"].map(|name| folder.path().join(format!("{i}{name}")));
-        a.write(&at, DataFormat::Csv).expect("it is written");
-        b.write(&other, DataFormat::Csv).expect("it is written");
+        a.write(&at, files).expect("it is written");
+        b.write(&other, files).expect("it is written");
         compare::compare(&at, &other).expect("results").findings
     });
     both.collect()
