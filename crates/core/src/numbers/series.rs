@@ -72,7 +72,7 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         terms.fold(T::zero(), |sum, (k, &c)| sum.mul_add(tau, c * T::from_f64(k as f64)))
     }
 
-    /// Term by term.
+    /// Replaces each term by f of it and of the other.
     #[inline]
     fn with(&mut self, other: &Self, f: impl Fn(T, T) -> T) {
         let known = self.known.min(other.known);

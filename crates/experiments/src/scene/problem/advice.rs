@@ -81,6 +81,10 @@ impl SceneProblem {
                  a scene without [study.*]"
             }
             Self::NoMethods => "name `methods` here, or in [run] for all studies",
+            Self::Custom(CustomError::NotFinite { value, .. }) if value.is_nan() => {
+                "start where H and all forces are finite; a power with a parameter in its \
+                 exponent, as q1^m, has a value for q1 > 0 only: write the number, as in q1^4"
+            }
             Self::Custom(CustomError::NotFinite { .. })
             | Self::Input(InputError::NotFinite { .. }) => {
                 "start where H and all forces are finite"
