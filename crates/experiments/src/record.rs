@@ -45,7 +45,7 @@ pub struct Artifact {
     pub text: String,
     /// The other rows of a long table.
     pub rows: Vec<RowsFile>,
-    /// The chart of an SVG file, for a PNG file beside it.
+    /// The chart of an SVG file, from which the PNG file beside it is drawn.
     pub picture: Option<Drawing>,
 }
 
@@ -288,8 +288,8 @@ impl Output {
         write_whole(&path, &sidecar).map_err(|source| StorageError::File { path, source })
     }
 
-    /// Removes the tables of these names that an earlier command wrote in another format, and its
-    /// PNG files if none are written now.
+    /// Removes tables that an earlier command wrote under the same names in another format and, if
+    /// no PNG files are written now, the PNG files of these charts.
     fn remove_others(&self, folder: &Path, files: Files) -> Result<(), StorageError> {
         let tables = self.artifacts.iter().filter_map(|x| x.name.strip_suffix(".csv"));
         let others = DataFormat::ALL.into_iter().filter(|other| *other != files.tables);

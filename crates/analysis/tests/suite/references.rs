@@ -83,8 +83,9 @@ fn is_within(off: Doubt, doubt: Doubt) -> bool {
     off.qp <= doubt.qp && off.w <= doubt.w
 }
 
-/// The state at the end by a Runge-Kutta method of order 8, none of whose steps is longer than a
-/// leg.
+/// The state at the end by a Runge-Kutta method of order 8, run in `legs` parts of equal length, so
+/// that no step is longer than a part. References by series do not use it; their doubt shows where
+/// one by such runs has taken their place.
 fn by_legs(problem: &Problem, legs: u32) -> State<Vec<f64>> {
     let dop853 = find("adaptive-dop853").expect("a method");
     let run = problem.model.bind(dop853).expect("it applies");

@@ -44,7 +44,14 @@ fn the_paper_writes_everything_and_says_what_holds() {
     assert!(findings.len() > 20 && findings.iter().any(|one| one["verdict"] == "fails"));
     let out = folder.path().join("deep/er");
     everything_is_written(&out);
-    let (five, one) = (tables(&out.join("data")), tables(&folder.path().join("json/data")));
+    let charts = |out: &Path, extension: &str| {
+        let all = std::fs::read_dir(out.join("figures")).expect("charts").flatten();
+        all.filter(|file| file.path().extension().is_some_and(|end| end == extension)).count()
+    };
+    let without = folder.path().join("json");
+    assert!(charts(&out, "svg") > 40 && charts(&without, "svg") == charts(&out, "svg"));
+    assert_eq!([charts(&out, "png"), charts(&without, "png")], [charts(&out, "svg"), 0]);
+    let (five, one) = (tables(&out.join("data")), tables(&without.join("data")));
     assert!(one.len() >= 32 && one.contains_key("fput-chain/size.csv"), "{:?}", one.keys());
     assert!(one.keys().eq(five.keys()));
     for (name, table) in one {

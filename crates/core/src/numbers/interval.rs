@@ -6,7 +6,7 @@
 //! singularity of any intermediate one ([`Scalar::is_finite`]).
 //!
 //! Sums, products, quotients and roots are widened by one unit in the last place where they are
-//! not exact. Functions of the standard library are widened by [`LIBRARY_ULPS`] units.
+//! not exact, a product and a sum in one by up to two. Functions of the standard library are widened by [`LIBRARY_ULPS`] units.
 //! (R. E. Moore, R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, SIAM 2009.)
 
 use super::scalar::{Mask, Scalar};
@@ -89,8 +89,9 @@ fn quotient(a: f64, b: f64) -> (f64, f64) {
 
 /// A lower bound of `value` plus an error of this sign.
 ///
-/// The sign of a rounding is as good as random, so that a branch on it would be foretold wrongly
-/// half the time: the number below is computed in any case, and taken where it is needed.
+/// The sign of a rounding error is practically random, so the processor would mispredict a branch
+/// on it half the time. The next lower number is therefore always computed, and used where it is
+/// needed.
 #[inline]
 fn below((value, error): (f64, f64)) -> f64 {
     let bits = if value == 0.0 { (-0.0_f64).to_bits() } else { value.to_bits() };
@@ -108,8 +109,8 @@ fn above((value, error): (f64, f64)) -> f64 {
 
 /// A lower bound of a b + c.
 ///
-/// The rounding errors of the product and of the sum are added to the sum: where a b and c cancel,
-/// they may be larger than a unit of it.
+/// The rounding errors of the product and of the sum are added to the sum. If a b and c cancel,
+/// these errors may exceed one unit in the last place of the sum.
 #[inline]
 fn product_below((a, b): (f64, f64), c: f64) -> f64 {
     let (product, error) = product(a, b);
@@ -169,8 +170,8 @@ impl Interval {
         self.low.is_finite() && self.high.is_finite()
     }
 
-    /// The bounds whose products are the least and the largest; `None` where each interval has
-    /// numbers of both signs.
+    /// The two pairs of bounds, one bound of each interval, with the least and the largest product;
+    /// `None` if both intervals contain numbers of both signs.
     #[inline]
     fn ends(self, other: Self) -> Option<[(f64, f64); 2]> {
         if self.low >= 0.0 {

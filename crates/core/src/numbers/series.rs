@@ -6,12 +6,12 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 /// `c_0 + c_1 τ + ... + c_{N-1} τ^{N-1}`, everything of order N and beyond dropped. Comparisons
 /// look at c_0.
 ///
-/// A series may be known to fewer than N terms. A result is known to as many as its operands are,
-/// and the others are not computed.
+/// A series may be known to fewer than N terms. A result is known to as many terms as the operand
+/// with the fewest known terms. Further terms are not computed.
 ///
 /// Most operations are not inlined: a potential in slopes of series would compile to hundreds of
 /// kilobytes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Series<T, const N: usize> {
     /// The coefficients; 0 where they are not known.
     pub c: [T; N],
@@ -39,7 +39,7 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         Self { known, ..Self::constant(c) }
     }
 
-    /// Its first term alone.
+    /// The series of which only the first term is known.
     pub(crate) fn first(&self) -> Self {
         Self::begun(self.c[0], 1)
     }
@@ -72,7 +72,7 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         terms.fold(T::zero(), |sum, (k, &c)| sum.mul_add(tau, c * T::from_f64(k as f64)))
     }
 
-    /// Replaces each term by f of it and of the other.
+    /// Replaces each term by f of it and of the same term of `other`.
     #[inline]
     fn with(&mut self, other: &Self, f: impl Fn(T, T) -> T) {
         let known = self.known.min(other.known);
@@ -84,7 +84,7 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         self.known = known;
     }
 
-    /// k c_k for each of the first so many k, the coefficients of τ times the derivative.
+    /// k c_k for the first `terms` values of k: the coefficients of τ times the derivative.
     #[inline]
     fn weights(&self, terms: usize) -> [T; N] {
         let mut weights = self.c;
@@ -94,7 +94,7 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         weights
     }
 
-    /// f(self) for an f with f' = `slope`, or f' = f if there is none: `first` is f(c_0).
+    /// f(self). `slope` is the series of f'(self), or `None` if f' = f; `first` is f(c_0).
     fn compose(self, first: T, slope: Option<&Self>) -> Self {
         let (mut f, terms) = (Self::begun(first, self.known), self.terms());
         let weights = self.weights(terms);
@@ -106,6 +106,13 @@ impl<T: Scalar, const N: usize> Series<T, N> {
             f.c[k] = sum.over(k as f64);
         }
         f
+    }
+}
+
+/// Whether the coefficients are equal, however many are known.
+impl<T: Scalar, const N: usize> PartialEq for Series<T, N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.c == other.c
     }
 }
 
@@ -339,7 +346,7 @@ mod tests {
     #[test]
     fn what_is_known_of_the_operands_is_known_of_the_result() {
         type Operation = fn(Series<f64, 8>, Series<f64, 8>) -> Series<f64, 8>;
-        let operations: [Operation; 14] = [
+        let operations: [Operation; 17] = [
             |x, y| x + y,
             |x, y| x - y,
             |x, y| x * y,
@@ -353,7 +360,10 @@ mod tests {
             |x, _| x.atan(),
             |x, _| x.sin_cos().0,
             |x, _| x.sin_cos().1,
+            |x, y| y - x,
+            |x, y| y / x,
             |x, y| Series::select(x.lt(y), x, y).over(3.0),
+            |x, y| Series::select(x.lt(y), y, x),
         ];
         let others = [X + Series::constant(1.5), Series::constant(0.3), Series::zero() - X];
         for (y, operation) in others.iter().flat_map(|y| operations.map(|f| (*y, f))) {
@@ -361,7 +371,12 @@ mod tests {
             for known in 1..8 {
                 let mut part = X.c;
                 part[known..].fill(0.0);
-                let found = operation(Series { c: part, known }, y);
+                let x = Series { c: part, known };
+                // The other operand is known to more terms, or to as many as there are.
+                let mut longer = Series { known: known + 1, ..y };
+                longer.c[known + 1..].fill(0.0);
+                let found = operation(x, longer);
+                assert_eq!(found, operation(x, y));
                 assert_eq!(found.known, known);
                 assert_eq!(found.c[..known], whole.c[..known], "{known}");
                 assert_eq!(found.c[known..], [0.0; 8][known..], "{known}");
@@ -369,6 +384,7 @@ mod tests {
                 assert_eq!((found.known, found.c[known]), (known + 1, whole.c[known]));
             }
         }
+        assert_eq!(Series::<f64, 8>::zero().first(), Series::zero());
     }
 
     #[test]

@@ -188,8 +188,8 @@ impl<S: ?Sized> Sampled<'_, S> {
     {
         let at = V::Scalar::from_f64(tau * (i as f64 / SAMPLES as f64));
         let state = expansion.at(at);
-        let lift =
-            |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), Series::constant);
+        let value = |x| Series::constant(x).first();
+        let lift = |part: &V| V::Of::<Series<V::Scalar, M>>::filled(part.as_slice(), value);
         let (q, p) = (lift(&state.q), lift(&state.p));
         let n = state.dof();
         let [mut hq, mut hp, mut d] = [(); 3].map(|()| V::Of::<Series<V::Scalar, M>>::zeros(n));

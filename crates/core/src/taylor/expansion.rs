@@ -7,8 +7,8 @@ use crate::system::{State, System};
 
 /// Computes the Taylor coefficients in time of q, p and w from their constant terms.
 ///
-/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` adds one coefficient to q and p, from as many as
-/// are known. No derivative depends on w, which is integrated once, after the last.
+/// Each of Picard's iterations `z ← z_0 + ∫ f(z)` computes one more coefficient of q and p from
+/// those known so far. No derivative depends on w, which is integrated once, after the last.
 pub fn expand<V, T, S, const N: usize>(system: &S, state: &mut State<V>)
 where
     T: Scalar,

@@ -149,7 +149,7 @@ fn every_figure_is_a_picture_too() {
         report.contains(".png")
     };
     assert!(linked());
-    // Where none are asked for, those of an earlier command go.
+    // If no PNG files are asked for, those of an earlier command are removed.
     output.write(folder.path(), Files { png: false, ..Files::default() }).expect("written");
     for figure in figures(&output) {
         let path = folder.path().join(&figure.name);

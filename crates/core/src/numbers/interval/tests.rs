@@ -71,7 +71,8 @@ fn a_product_and_a_sum_contain_those_of_all_points() {
         for c in sums(a * b).filter(|c| c.is_finite()) {
             let [x, y, z] = [a, b, c].map(Interval::from_f64);
             let wide = x.mul_add(y, z);
-            // Scaled by 2^k, so that the product keeps its digits; exact in 106 bits, or nearly so.
+            // Everything is scaled by k², so that a small product keeps its digits. The result is
+            // exact in 106 bits, or nearly so.
             let k = if (a * b).abs() < 1e-250 { 2_f64.powi(400) } else { 1.0 };
             let exact = (Quad::from_f64(a * k) * Quad::from_f64(b * k))
                 .add_accurate(Quad::from_f64(c * k) * Quad::from_f64(k));

@@ -82,8 +82,9 @@ impl SceneProblem {
             }
             Self::NoMethods => "name `methods` here, or in [run] for all studies",
             Self::Custom(CustomError::NotFinite { value, .. }) if value.is_nan() => {
-                "start where H and all forces are finite; a power with a parameter in its \
-                 exponent, as q1^m, has a value for q1 > 0 only: write the number, as in q1^4"
+                "start where H and all forces are finite. If this is a power with a parameter in \
+                 its exponent, such as q1^m, it has a value only for q1 > 0: write the exponent as \
+                 a number, as in q1^4"
             }
             Self::Custom(CustomError::NotFinite { .. })
             | Self::Input(InputError::NotFinite { .. }) => {

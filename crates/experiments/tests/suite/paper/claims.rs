@@ -123,7 +123,7 @@ impl Others {
         }
     }
 
-    /// Gives `altered` the values of the readings, with some of them replaced. Their numbers are a
+    /// Gives `altered` the values of the readings, with some of them replaced. The new numbers are a
     /// few of `all`, so that some agree.
     fn some(&self, readings: &Readings, altered: &mut Readings, all: &[f64], chance: &mut Chance) {
         let share = chance.one(&[1, 3, 10]);
