@@ -224,8 +224,8 @@ pub(crate) struct FilesArguments {
     /// units, and its origin.
     #[arg(id = "data", long = "data", value_name = "FORMAT", value_enum, default_value_t = Data::Csv)]
     pub(crate) tables: Data,
-    /// Write the charts as SVG alone, and remove their earlier PNG files. They take about half of
-    /// the time of a short study.
+    /// Write the charts as SVG alone, and remove their earlier PNG files. They take most of the
+    /// time of a short command.
     #[arg(long)]
     pub(crate) no_png: bool,
 }

@@ -8,10 +8,10 @@ use std::path::Path;
 /// Every table, figure and manifest, without the parts that depend on the clock or on the threads.
 fn results(command: &str, scene: &str, threads: &str) -> BTreeMap<String, Vec<u8>> {
     let out = tempfile::tempdir().expect("a folder");
-    let mut run = afterbay(&[command, "--threads", threads, "--out"]);
+    let mut run = afterbay(&[command, "--threads", threads]);
     // The PNG files of one scene show that they do not depend on the threads either.
     run.args((scene != "fput-chain.toml").then_some("--no-png"));
-    let (code, _, stderr) = done(run.arg(out.path()).arg(folder().join(scene)));
+    let (code, _, stderr) = done(run.arg("--out").arg(out.path()).arg(folder().join(scene)));
     assert_eq!(code, Some(0), "{stderr}");
     let mut files = BTreeMap::new();
     for part in ["data", "figures"] {

@@ -41,7 +41,7 @@ pub(super) const CHANGES: &[Change] = &[
         "the functions with jumps are sign, floor and mod",
     ),
     (V, "sign(q1)", "sign(q1)", "sign has no place here", "tanh(x/eps) is a smooth sign"),
-    (V, "q2^2/2 + (q1 - 1)^(2 + c)", "(q1 - 1)^(2 + c)", "this is NaN", "write the number"),
+    (V, "q2^2/2 + (q1 - 1)^(2 + c)", "(q1 - 1)^(2 + c)", "this is NaN", "as a number"),
     (V, "sum(i, 1, 2, q[i+1])", "q[i+1]", "q[3] does not exist", ""),
     (V, "sum(i, 1, 2, q[k])", "k", "k is not known", ""),
     (D, "\"c*p[i+1]\"", "p[i+1]", "p[3] does not exist: entries are counted from 1 to 2", ""),
