@@ -147,7 +147,7 @@ fn overview(all: &[(Scene, Vec<Row>)], artifacts: &mut Vec<Artifact>) -> Figure 
     });
     let caption = "The best methods of each library: error of (q, p) at the end against the time \
                    of a run, in units of the time in which the fastest of ours reaches 1e-8.";
-    Figure { svg, caption: caption.into(), file, png: true, data: DATA.into() }
+    Figure { svg, caption: caption.into(), file, data: DATA.into() }
 }
 
 fn section(scene: &Scene, rows: &[Row], artifacts: &mut Vec<Artifact>) -> Section {
@@ -238,7 +238,7 @@ fn figure(
         ..Artifact::default()
     });
     let caption = format!("{about} {} against {}.", capital(view.y.0), view.x.0);
-    Figure { svg, caption, file, png: true, data: DATA.into() }
+    Figure { svg, caption, file, data: DATA.into() }
 }
 
 fn capital(text: &str) -> String {

@@ -2,8 +2,8 @@
 //! turns them into a verdict and a sentence.
 //!
 //! The rule is a function pointer, so that it depends on the readings alone and a sentence cannot
-//! state anything its numbers do not show. `tests/suite/paper/claims.rs` alters the readings of every
-//! finding and checks that the verdict and the sentence change.
+//! state anything its numbers do not show. `tests/suite/paper/claims.rs` alters the readings of
+//! every finding and checks that the verdict and the sentence change.
 
 use crate::report::Verdict;
 use serde::Serialize;

@@ -268,7 +268,7 @@ impl Output {
             put(&name.to_string_lossy(), &png?)
         })?;
         put("run.json", manifest.as_bytes())?;
-        put("report.html", self.report.clone().linked(files).html().as_bytes())?;
+        put("report.html", self.report.html(files).as_bytes())?;
         self.remove_others(folder, files)
     }
 

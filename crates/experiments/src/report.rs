@@ -1,5 +1,6 @@
 //! A report as one self-contained HTML file: text, verdicts, tables and figures.
 
+use crate::data::DataFormat;
 use crate::record::Files;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
@@ -74,22 +75,13 @@ pub struct Figure {
     pub caption: String,
     /// The file of the chart, relative to the report.
     pub file: String,
-    /// Whether there is a PNG file beside it.
-    pub png: bool,
-    /// The file of the numbers in the chart, relative to the report.
+    /// The file of the numbers in the chart as CSV, relative to the report.
     pub data: String,
 }
 
 impl Report {
-    /// The report with links to the files that are written.
-    pub(crate) fn linked(mut self, files: Files) -> Self {
-        let blocks = self.sections.iter_mut().flat_map(|section| &mut section.blocks);
-        blocks.for_each(|block| block.link(files));
-        self
-    }
-
-    /// The report as one HTML file.
-    pub fn html(&self) -> String {
+    /// The report as one HTML file, with links to the files that are written.
+    pub fn html(&self, files: Files) -> String {
         let mut figures = 0;
         let page = html! {
             (DOCTYPE)
@@ -116,7 +108,7 @@ impl Report {
                         @for (n, section) in self.sections.iter().enumerate() {
                             section id=(format!("s{}", n + 1)) {
                                 h2 { (n + 1) ". " (section.heading) }
-                                @for block in &section.blocks { (block.html(&mut figures)) }
+                                @for block in &section.blocks { (block.html(&mut figures, files)) }
                             }
                         }
                     }
@@ -147,17 +139,8 @@ impl Block {
         }
     }
 
-    fn link(&mut self, files: Files) {
-        match self {
-            Block::Figure(figure) => figure.link(files),
-            Block::Pair(left, right) => [left, right].into_iter().for_each(|x| x.link(files)),
-            Block::Fold(_, blocks) => blocks.iter_mut().for_each(|block| block.link(files)),
-            Block::Text(_) | Block::Verdict(..) | Block::Table(_) => {}
-        }
-    }
-
     /// The block as HTML; `figures` counts the figures so far.
-    fn html(&self, figures: &mut usize) -> Markup {
+    fn html(&self, figures: &mut usize, files: Files) -> Markup {
         match self {
             Block::Text(text) => html! { p { (prose(text)) } },
             Block::Verdict(verdict, text) => {
@@ -177,16 +160,16 @@ impl Block {
                 }
             },
             Block::Table(table) => table.html(),
-            Block::Figure(figure) => figure.html(figures),
+            Block::Figure(figure) => figure.html(figures, files),
             Block::Pair(left, right) => {
-                html! { div.pair { (left.html(figures)) (right.html(figures)) } }
+                html! { div.pair { (left.html(figures, files)) (right.html(figures, files)) } }
             }
             Block::Fold(summary, blocks) => html! {
                 details {
                     summary { (summary) }
                     @for block in blocks {
                         @if let Block::Table(table) = block { (table.html()) }
-                        @else { (block.html(figures)) }
+                        @else { (block.html(figures, files)) }
                     }
                 }
             },
@@ -254,15 +237,17 @@ impl Figure {
         format!("{}.png", self.file.trim_end_matches(".svg"))
     }
 
-    fn link(&mut self, files: Files) {
-        self.png = files.png;
-        if let Some(name) = self.data.strip_suffix(".csv") {
-            self.data = format!("{name}.{}", files.tables.extension());
+    /// The file of the numbers in the format of the tables.
+    fn table(&self, format: DataFormat) -> String {
+        match self.data.strip_suffix(".csv") {
+            Some(name) => format!("{name}.{}", format.extension()),
+            None => self.data.clone(),
         }
     }
 
-    fn html(&self, figures: &mut usize) -> Markup {
+    fn html(&self, figures: &mut usize, files: Files) -> Markup {
         *figures += 1;
+        let table = self.table(files.tables);
         html! {
             figure id=(format!("f{figures}")) {
                 div.chart tabindex="0" { (PreEscaped(with_own_ids(&self.svg, *figures))) }
@@ -270,8 +255,8 @@ impl Figure {
                     b { "Figure " (figures) ". " } (self.caption) " "
                     span.files {
                         "Chart: " a href=(self.file) { (self.file) }
-                        @if self.png { " (or " a href=(self.picture()) { "PNG" } ")" }
-                        ", data: " a href=(self.data) { (self.data) }
+                        @if files.png { " (or " a href=(self.picture()) { "PNG" } ")" }
+                        ", data: " a href=(table) { (table) }
                     }
                 }
             }
@@ -302,14 +287,13 @@ mod tests {
             svg: SVG.into(),
             caption: "a & b".into(),
             file: "a.svg".into(),
-            png: true,
             data: "a.csv".into(),
         }
     }
 
     fn report(blocks: Vec<Block>) -> String {
         let sections = vec![Section { heading: "One <1>".into(), blocks }];
-        Report { title: "T".into(), subtitle: "S".into(), sections }.html()
+        Report { title: "T".into(), subtitle: "S".into(), sections }.html(Files::default())
     }
 
     #[test]

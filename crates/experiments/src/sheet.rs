@@ -149,7 +149,7 @@ impl Sheet {
             picture,
             rows: Vec::new(),
         });
-        Figure { svg, caption: caption.into(), file, png: true, data: format!("data/{data}.csv") }
+        Figure { svg, caption: caption.into(), file, data: format!("data/{data}.csv") }
     }
 
     /// Shows a chart over the full width.

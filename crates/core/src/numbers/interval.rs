@@ -6,7 +6,8 @@
 //! singularity of any intermediate one ([`Scalar::is_finite`]).
 //!
 //! Sums, products, quotients and roots are widened by one unit in the last place where they are
-//! not exact, a product and a sum in one by up to two. Functions of the standard library are widened by [`LIBRARY_ULPS`] units.
+//! not exact, [`Scalar::mul_add`] by up to two. Functions of the standard library are widened by
+//! [`LIBRARY_ULPS`] units.
 //! (R. E. Moore, R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, SIAM 2009.)
 
 use super::scalar::{Mask, Scalar};

@@ -97,7 +97,7 @@ fn masses_that_move_alike_have_a_panel_each() {
     let alike = chain(4).replace("sin(9*i)", "i*(5 - i)");
     let output = output(&alike);
     assert!(svg(&output, "coordinates").matches("translate(").count() >= 4);
-    assert!(output.report.html().contains("Some curves coincide"));
+    assert!(output.report.html(Files::default()).contains("Some curves coincide"));
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn a_scene_chooses_figures_titles_and_units() {
     assert!(z.contains("w1 against q1 by leapfrog") && z.contains("q1 [m]"));
     assert!(energy.contains("My own") && energy.contains("time t [s]"));
     assert!(energy.contains("|K − K₀|") && energy.contains("leapfrog"));
-    let html = output.report.html();
+    let html = output.report.html(Files::default());
     assert!(html.contains("<h1>A &lt;damped&gt; oscillator</h1>"));
     let first = |part: &str| html.find(part).expect("it is there");
     assert!(first("<figure") < first("<table"), "a chart comes before the tables");
@@ -126,7 +126,7 @@ fn a_study_begins_with_its_charts_and_shows_orders_at_the_steps() {
     let text = OSCILLATOR.to_owned() + "[study.global-order]\nsteps = [0.1, 0.04, 0.02]\n";
     let scene = Scene::read(&text).expect("a scene");
     let (output, _) = experiment::study(&scene, &Silent).expect("it runs");
-    let html = output.report.html();
+    let html = output.report.html(Files::default());
     let first = |part: &str| html.find(part).expect("it is there");
     assert!(first("class=\"verdict") < first("<figure") && first("<figure") < first("<table"));
     let chart = svg(&output, "global-error-q");
@@ -168,7 +168,7 @@ fn a_long_chain_makes_small_figures() {
     }
     assert!(svg(&output, "a").contains("leapfrog") && svg(&output, "a").contains("increment-2"));
     assert!(svg(&output, "b").contains("w_i") && !svg(&output, "b").contains("increment-2"));
-    let html = output.report.html();
+    let html = output.report.html(Files::default());
     assert!(html.contains("90 of 500 degrees of freedom") && html.contains("128 of 500"));
 }
 

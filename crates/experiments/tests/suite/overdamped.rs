@@ -9,6 +9,7 @@ use afterbay_analysis::study::energy::{self, EnergyRow, EnergyRun};
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
 use afterbay_analysis::{Measured, Model};
 use afterbay_core::{IntegrateError, System};
+use afterbay_experiments::record::Files;
 use afterbay_methods::registry::{FIXED, Row, find};
 use afterbay_systems::{DAMPED_OSCILLATOR, DampedOscillator};
 
@@ -50,7 +51,7 @@ fn the_report_has_a_line_for_every_method() {
         vec!["method", "b", "h", "R", "R_exact", "k_drift", "decay"]
     );
     let records: Vec<_> = reader.records().map(|record| record.expect("a row")).collect();
-    let html = output.report.html();
+    let html = output.report.html(Files::default());
     for row in FIXED {
         for b in ["200", "5000"] {
             let lines =

@@ -123,8 +123,8 @@ impl Others {
         }
     }
 
-    /// Gives `altered` the values of the readings, with some of them replaced. The new numbers are a
-    /// few of `all`, so that some agree.
+    /// Gives `altered` the values of the readings, with some of them replaced. The new numbers are
+    /// a few of `all`, so that some agree.
     fn some(&self, readings: &Readings, altered: &mut Readings, all: &[f64], chance: &mut Chance) {
         let share = chance.one(&[1, 3, 10]);
         let pool: Vec<_> = (0..=chance.below(3)).map(|_| chance.one(all)).collect();

@@ -1,6 +1,7 @@
 //! The contract of the tables: their columns.
 
 use super::PAPER;
+use afterbay_experiments::record::Files;
 
 #[test]
 fn tables_follow_their_contract() {
@@ -34,7 +35,7 @@ fn tables_follow_their_contract() {
             "{name} has a number that is none"
         );
     }
-    let html = output.report.html();
+    let html = output.report.html(Files::default());
     assert!(
         !html.replace("http://www.w3.org/2000/svg", "").contains("http"),
         "the report fetches something"
