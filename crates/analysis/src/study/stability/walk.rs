@@ -38,8 +38,8 @@ impl<T: Side> Node<T> {
 pub(super) struct Walk<'a, T> {
     system: &'a dyn System<T>,
     image: Image<T>,
-    before: Node<T>,
-    now: Node<T>,
+    before: Box<Node<T>>,
+    now: Box<Node<T>>,
     /// z and K at the first point.
     start: Option<(Vec<T>, T)>,
     /// The largest T and |x|² so far.
@@ -79,7 +79,7 @@ impl<'a, T: Side> Walk<'a, T> {
     ) -> Self {
         let zeros = || vec![T::zero(); dof];
         let three = || [zeros(), zeros(), zeros()];
-        let node = || Node { point: three(), slopes: three(), asked: false };
+        let node = || Box::new(Node { point: three(), slopes: three(), asked: false });
         let z = vec![T::zero(); image.size()];
         Self {
             system,
@@ -100,7 +100,7 @@ impl<'a, T: Side> Walk<'a, T> {
     pub(super) fn arrive(&mut self, state: StateRef<'_, T>) {
         let Self { image, z, range: [low, high], .. } = self;
         std::mem::swap(&mut self.before, &mut self.now);
-        let Node { point: [q, p, w], slopes: [dq, hq, _], asked } = &mut self.now;
+        let Node { point: [q, p, w], slopes: [dq, hq, _], asked } = &mut *self.now;
         q.copy_from_slice(state.q);
         p.copy_from_slice(state.p);
         w.copy_from_slice(state.w);
