@@ -8,10 +8,7 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepFailure {
     /// The step gives a number that is not finite.
-    #[error(
-        "{quantity}{} becomes {value:?}: take a smaller step, or a method that is stable here",
-        dof + 1
-    )]
+    #[error("{quantity}{} becomes {value:?}: {}", dof + 1, remedy(*value))]
     NonFinite {
         /// The vector.
         quantity: Quantity,
@@ -114,7 +111,7 @@ pub enum StepFailure {
     /// The error control shortens the step until t + h = t, or below the least step allowed.
     #[error(
         "the step shrinks to {h:e}, where t + h = t or which is below the least step allowed: \
-         allow a larger error, or end before"
+         allow a larger error, or end before a singularity or a point where H or D has no value"
     )]
     Vanishes {
         /// The step.
@@ -206,6 +203,16 @@ fn factor(x: f64) -> String {
     if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.2e}") }
 }
 
+/// What helps against a number that is not finite.
+fn remedy(value: f64) -> &'static str {
+    if value.is_nan() {
+        "take a smaller step, or a method that is stable here; no step helps where the motion \
+         itself reaches a point where H or D has no value, such as ln(q) or q^m for q < 0"
+    } else {
+        "take a smaller step, or a method that is stable here"
+    }
+}
+
 impl StepFailure {
     /// The failure that names the first entry of `parts` that is not finite.
     #[cold]
@@ -222,6 +229,14 @@ impl StepFailure {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_has_no_value_is_said_of_nan_alone() {
+        let says =
+            |value| StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value }.to_string();
+        assert!(says(f64::NAN).contains("has no value"), "{}", says(f64::NAN));
+        assert!(!says(f64::INFINITY).contains("has no value"), "{}", says(f64::INFINITY));
+    }
 
     #[test]
     fn factors_are_short() {
