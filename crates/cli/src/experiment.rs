@@ -8,7 +8,7 @@ use crate::{interrupt, scene, shard, table};
 use afterbay_analysis::study::outcome::COMPLETED;
 use afterbay_experiments::experiment::{Cells, Results};
 use afterbay_experiments::journal::{Journal, Shard, Start};
-use afterbay_experiments::record::{self, Files, Manifest, RunOutcome};
+use afterbay_experiments::record::{self, Files, Held, Manifest, RunOutcome};
 use afterbay_experiments::report::Verdict;
 use afterbay_experiments::scene::{Scene, SceneError, SceneProblem, Task};
 use afterbay_experiments::{Finding, experiment};
@@ -98,9 +98,9 @@ pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failu
 
 /// Makes the folder for the results that a manifest describes, as [`folder`] does.
 pub(crate) fn own_folder(out: &Path, manifest: &Manifest, force: bool) -> Result<(), Failure> {
-    let others = Manifest::hash_in(out).filter(|found| *found != manifest.hash);
+    let others = Held::read(out).filter(|held| held.hash != manifest.hash);
     match others.filter(|_| !force) {
-        Some(other) => Err(Failure::taken(out, &other)),
+        Some(other) => Err(Failure::taken(out, &other.hash)),
         None => record::prepare(out).map_err(Failure::storage),
     }
 }

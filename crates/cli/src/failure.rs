@@ -31,6 +31,9 @@ pub(crate) enum Trouble {
          has the hash {hash})"
     ))]
     Taken { folder: PathBuf, hash: String },
+    #[error("{} holds the results of a scene", folder.display())]
+    #[diagnostic(help("give another folder with --out DIR"))]
+    OfAScene { folder: PathBuf },
     #[error("the file {} exists", path.display())]
     #[diagnostic(help(
         "give another file with --write FILE.toml, or overwrite this one with --force"
@@ -132,6 +135,10 @@ impl Failure {
     pub(crate) fn taken(folder: &Path, hash: &str) -> Self {
         let hash = hash.chars().take(12).collect();
         Self::new(Trouble::Taken { folder: folder.into(), hash }, STORAGE)
+    }
+
+    pub(crate) fn of_a_scene(folder: &Path) -> Self {
+        Self::new(Trouble::OfAScene { folder: folder.into() }, STORAGE)
     }
 
     pub(crate) fn exists(path: &Path) -> Self {

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::table::Column;
 use crate::{interrupt, table};
 use afterbay_experiments::paper::{self, Extent};
-use afterbay_experiments::record::{self, Files};
+use afterbay_experiments::record::{self, Files, Held};
 use afterbay_experiments::report::Verdict;
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,6 +17,9 @@ pub(crate) fn run(
     format: Format,
 ) -> Result<ExitCode, Failure> {
     // Fails now rather than after everything is computed.
+    if Held::read(out).is_some_and(|held| held.command != "paper") {
+        return Err(Failure::of_a_scene(out));
+    }
     record::prepare(out).map_err(Failure::storage)?;
     interrupt::listen();
     let bars = Bars::new();

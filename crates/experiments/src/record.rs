@@ -1,8 +1,10 @@
 //! Files of results: tables, figures, the report and the manifest of a run.
 
 mod files;
+mod held;
 
 pub(crate) use files::{remove_abandoned, temporary};
+pub use held::Held;
 
 use crate::chart::Drawing;
 use crate::data::{self, DataError, DataFormat};
@@ -184,15 +186,6 @@ pub(crate) fn hash_of(scene: &serde_json::Value) -> String {
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-impl Manifest {
-    /// The hash of the scene whose results are in a folder, if there are any.
-    pub fn hash_in(folder: &Path) -> Option<String> {
-        let text = std::fs::read_to_string(folder.join("run.json")).ok()?;
-        let manifest: serde_json::Value = serde_json::from_str(&text).ok()?;
-        Some(manifest["hash"].as_str().unwrap_or_default().to_owned())
-    }
-}
-
 /// The name of the processor where the operating system gives it, else its architecture.
 pub fn processor() -> String {
     let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -218,7 +211,8 @@ pub struct Output {
 /// computing.
 ///
 /// # Errors
-/// [`StorageError::File`] with the folder or file that cannot be written.
+/// [`StorageError::File`] with the folder or file that cannot be written, and
+/// [`StorageError::Foreign`] with a file that is not by afterbay.
 pub fn prepare(folder: &Path) -> Result<(), StorageError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
@@ -232,10 +226,14 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
             remove_abandoned(&path);
         }
     }
+    let ours = Held::read(folder).is_some();
     for name in ["run.json", "report.html"] {
         let path = folder.join(name);
         if path.is_dir() {
             return Err(failed(&path)(std::io::ErrorKind::IsADirectory.into()));
+        }
+        if path.exists() && !ours {
+            return Err(StorageError::Foreign { path });
         }
     }
     Ok(())
@@ -316,6 +314,12 @@ pub enum StorageError {
         /// Why.
         source: std::io::Error,
     },
+    /// A file that is not by afterbay has the name of a result.
+    #[error("{} is not by afterbay, and is not overwritten: move it", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+    },
     /// A chart could not be drawn as a PNG picture.
     #[error("cannot draw {}: {why}", path.display())]
     Picture {
@@ -354,7 +358,7 @@ mod tests {
 
     fn refused(folder: &Path) -> PathBuf {
         match prepare(folder) {
-            Err(StorageError::File { path, .. }) => path,
+            Err(StorageError::File { path, .. } | StorageError::Foreign { path }) => path,
             other => panic!("{other:?}"),
         }
     }
@@ -380,6 +384,11 @@ mod tests {
             let path = root.path().join(format!("with-{name}")).join(name);
             std::fs::create_dir_all(&path).unwrap();
             assert_eq!(refused(path.parent().unwrap()), path);
+        }
+        for name in ["run.json", "report.html"] {
+            let path = file(&format!("with-another-{name}/{name}"));
+            assert_eq!(refused(path.parent().unwrap()), path);
+            assert_eq!(std::fs::read_to_string(path).unwrap(), "a file");
         }
     }
 }

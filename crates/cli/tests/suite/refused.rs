@@ -168,6 +168,18 @@ fn results_go_nowhere_they_do_not_belong_and_that_ends_with_5() {
     assert_eq!(std::fs::read_to_string(out.join("run.json")).expect("still there"), before);
     assert_eq!(run("duffing.toml", &["--force"]).0, Some(0));
     assert_ne!(std::fs::read_to_string(out.join("run.json")).expect("written"), before);
+
+    let (code, stdout, stderr) = done(afterbay(&["paper", "--quick", "--out"]).arg(&out));
+    assert_eq!((code, stdout.as_str()), (Some(5), ""));
+    assert!(stderr.contains("holds the results of a scene"), "{stderr}");
+
+    let report = folder.path().join("report.html");
+    std::fs::write(&report, "of something else").expect("written");
+    let mut command = afterbay(&["run", "--force", "--out"]);
+    let (code, _, stderr) = done(command.arg(folder.path()).arg(&scene));
+    assert_eq!(code, Some(5), "{stderr}");
+    assert!(stderr.contains("report.html is not by afterbay"), "{stderr}");
+    assert_eq!(std::fs::read_to_string(&report).expect("still there"), "of something else");
 }
 
 #[test]

@@ -1,0 +1,21 @@
+//! The results that a folder holds already.
+
+use serde::Deserialize;
+use std::path::Path;
+
+/// What `run.json` says of the results in a folder.
+#[derive(Debug, Deserialize)]
+pub struct Held {
+    /// The command that wrote them.
+    pub command: String,
+    /// SHA-256 of its scene.
+    pub hash: String,
+}
+
+impl Held {
+    /// Reads it; `None` if there are no results of afterbay.
+    pub fn read(folder: &Path) -> Option<Self> {
+        let text = std::fs::read_to_string(folder.join("run.json")).ok()?;
+        serde_json::from_str(&text).ok()
+    }
+}
