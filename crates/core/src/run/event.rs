@@ -85,7 +85,8 @@ pub type TakeStep<'a> =
 /// order of the list. w is rounded at every step: it is not summed in blocks, as it is without
 /// events.
 ///
-/// A function that crosses zero twice within one step shows no event there. A pole is no event.
+/// A function that crosses zero twice within one step shows no event there, unless an event of
+/// another function falls between the two. A pole is no event.
 ///
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`StepFailure::EventsAccumulate`] where more than
@@ -127,9 +128,9 @@ pub fn integrate_with_events(
             let mut next = advance(h)?;
             next.t = time(n);
             let mut within = |share: f64| advance(share * h);
-            let (i, there) = match first_event(events, &sides, [state, &next], &mut within)? {
-                FirstEvent::Event(i, there) if count < MOST_EVENTS => (i, there),
-                FirstEvent::Event(..) | FirstEvent::AtOnce => {
+            let found = match first_event(events, &sides, [state, &next], &mut within)? {
+                FirstEvent::Event(found) if count < MOST_EVENTS => found,
+                FirstEvent::Event(_) | FirstEvent::AtOnce => {
                     return Err(failed(StepFailure::EventsAccumulate { count }).into());
                 }
                 FirstEvent::None => {
@@ -140,13 +141,13 @@ pub fn integrate_with_events(
                 }
             };
             count += 1;
-            *state = there.clone();
+            *state = found.there.clone();
             let State { q, p, w, t } = state;
-            if happen(i, EventState { q, p, w, t: *t }).is_break() {
+            if happen(found.event, EventState { q, p, w, t: *t }).is_break() {
                 return Ok(effort);
             }
             state.check(state.q.len())?;
-            settle(&mut sides, events, i, [&there, state, &next]);
+            settle(&mut sides, events, &found, [state, &next]);
         }
         state.t = time(n);
         if observer(n, state.state_ref()).is_break() {
@@ -156,23 +157,25 @@ pub fn integrate_with_events(
     Ok(effort)
 }
 
-/// Updates the sides after event i, which changed the first state to the second within a step that
-/// led to the third.
+/// Updates the sides after an event that left the first state, within a step that led to the
+/// second.
 fn settle(
     sides: &mut [Side],
     events: &[Event<'_>],
-    i: usize,
-    [before, after, next]: [&State<Vec<f64>>; 3],
+    Found { event: happened, there, poles, .. }: &Found,
+    [after, next]: [&State<Vec<f64>>; 2],
 ) {
-    for (j, (side, event)) in sides.iter_mut().zip(events).enumerate() {
-        let [was, is] = [before, after].map(|state| event.value(state));
+    for (i, (side, event)) in sides.iter_mut().zip(events).enumerate() {
+        let [was, is] = [there, after].map(|state| event.value(state));
         if was != is {
             // The event moved this function, too.
             *side = Side::of(is);
-        } else if i == j {
+        } else if i == *happened {
             let scale = event.value(next).abs();
             // At a wall a motion that an event does not change is at rest, and not beyond it.
-            side.happen(was, scale, event.is_wall || after != before);
+            side.happen(was, scale, event.is_wall || after != there);
+        } else if poles.contains(&i) {
+            side.leave(was);
         }
     }
 }
@@ -216,11 +219,21 @@ impl Side {
 
 /// The first event of a step.
 enum FirstEvent {
-    /// Its number, and the state there.
-    Event(usize, State<Vec<f64>>),
+    Event(Found),
     /// The event that changed the state happens again at once.
     AtOnce,
     None,
+}
+
+/// An event within a step.
+struct Found {
+    /// Its number.
+    event: usize,
+    /// The share of the step before it, and the state there.
+    share: f64,
+    there: State<Vec<f64>>,
+    /// The functions that pass a pole on the way.
+    poles: Vec<usize>,
 }
 
 /// The place in a step at which a function reaches zero.
@@ -228,7 +241,7 @@ enum Approach {
     /// It crosses zero between a share of the step, at which it has a value on its side, and the
     /// end: the share and the value.
     After(f64, f64),
-    /// It is at zero or beyond it at the start.
+    /// It is at zero at the start.
     Now,
     /// It passes zero although an event there has just changed the state.
     AtOnce,
@@ -238,45 +251,70 @@ enum Approach {
 /// The state after a share of a step.
 type Within<'a> = &'a mut dyn FnMut(f64) -> Result<State<Vec<f64>>, IntegrateError>;
 
-/// Looks for the first event on the way from one state to the next.
+/// Looks for the first event on the way from one state to the next. A function that crosses zero
+/// twice within the step is seen if it is beyond zero at an event of another function: the way to
+/// that event is searched again, for all others.
 fn first_event(
     events: &[Event<'_>],
     sides: &[Side],
     [state, next]: [&State<Vec<f64>>; 2],
     within: Within<'_>,
 ) -> Result<FirstEvent, IntegrateError> {
-    let mut first: Option<(f64, usize, State<Vec<f64>>)> = None;
-    for (i, (event, side)) in events.iter().zip(sides).enumerate() {
-        let after = event.value(next);
-        let (from, before) = match approach(event, *side, event.value(state), after, within) {
-            Approach::After(from, before) => (from, before),
-            Approach::Now => return Ok(FirstEvent::Event(i, state.clone())),
-            Approach::AtOnce => return Ok(FirstEvent::AtOnce),
-            Approach::None => continue,
-        };
-        let mut failure = None;
-        let (share, there) = zero_within((before, after), next.clone(), |share| {
-            let there = within(from + share * (1.0 - from));
-            let there = there.map_err(|error| failure = Some(error)).ok()?;
-            Some((event.value(&there), there))
-        });
-        if let Some(failure) = failure {
-            return Err(failure);
+    let mut first: Option<Found> = None;
+    loop {
+        let (end, whole) = first.as_ref().map_or((next, 1.0), |first| (&first.there, first.share));
+        let (mut sooner, mut poles): (Option<Found>, _) = (None, Vec::new());
+        for (i, (event, side)) in events.iter().zip(sides).enumerate() {
+            if first.as_ref().is_some_and(|first| first.event == i) {
+                continue;
+            }
+            let (now, after) = (event.value(state), event.value(end));
+            let mut part = |share: f64| within(share * whole);
+            let (from, before) = match approach(event, *side, now, after, &mut part) {
+                Approach::After(from, before) => (from, before),
+                Approach::Now => {
+                    let (there, poles) = (state.clone(), Vec::new());
+                    return Ok(FirstEvent::Event(Found { event: i, share: 0.0, there, poles }));
+                }
+                Approach::AtOnce => return Ok(FirstEvent::AtOnce),
+                Approach::None => continue,
+            };
+            let mut failure = None;
+            let (share, there) = zero_within((before, after), end.clone(), |share| {
+                let there = part(from + share * (1.0 - from));
+                let there = there.map_err(|error| failure = Some(error)).ok()?;
+                Some((event.value(&there), there))
+            });
+            if let Some(failure) = failure {
+                return Err(failure);
+            }
+            if !event.is_wall && is_pole([before, event.value(&there), after]) {
+                poles.push(i);
+                continue;
+            }
+            let share = whole * (from + share * (1.0 - from));
+            let ahead = sooner.as_ref().or(first.as_ref());
+            if ahead.is_none_or(|ahead| share < ahead.share) {
+                sooner = Some(Found { event: i, share, there, poles: Vec::new() });
+            }
         }
-        // At a pole the value found is no smaller than those at the ends of the step. A wall has
-        // none: there all three may be roundings.
-        let [least, most] = [before.abs().min(after.abs()), before.abs().max(after.abs())];
-        let value = event.value(&there).abs();
-        let is_pole = 2.0 * value >= least && value > NOISE_ROUNDINGS * f64::EPSILON * most;
-        if is_pole && !event.is_wall {
-            continue;
-        }
-        let share = from + share * (1.0 - from);
-        if first.as_ref().is_none_or(|first| share < first.0) {
-            first = Some((share, i, there));
+        match sooner {
+            Some(sooner) => first = Some(sooner),
+            None => {
+                let found = first.map(|first| FirstEvent::Event(Found { poles, ..first }));
+                return Ok(found.unwrap_or(FirstEvent::None));
+            }
         }
     }
-    Ok(first.map_or(FirstEvent::None, |(_, i, there)| FirstEvent::Event(i, there)))
+}
+
+/// Whether a function that changes its sign has a pole and no zero, by its values at the ends of
+/// the way and at the point found between them. At a pole the value found is no smaller than those
+/// at the ends, unless all three are roundings.
+fn is_pole([before, found, after]: [f64; 3]) -> bool {
+    let (least, most) = (before.abs().min(after.abs()), before.abs().max(after.abs()));
+    let size = if most.is_finite() { most } else { least };
+    2.0 * found.abs() >= least && found.abs() > NOISE_ROUNDINGS * f64::EPSILON * size
 }
 
 /// Finds out how a function that is on the given side reaches zero, with its values at the start
@@ -285,7 +323,7 @@ fn approach(event: &Event<'_>, side: Side, now: f64, after: f64, within: Within<
     let direction = event.direction;
     let Some(noise) = side.at_zero else {
         return if now * side.sign <= 0.0 && direction.crosses(side.sign, now) {
-            // It moved there by the step to an event of another function.
+            // It reaches zero at the time of an event of another function.
             Approach::Now
         } else if direction.crosses(now, after) {
             Approach::After(0.0, now)

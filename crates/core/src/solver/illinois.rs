@@ -19,7 +19,9 @@ pub fn zero_within<R>(
     let (mut below, mut above) = (None, (beyond, (high, end)));
     let mut moved = None;
     for _ in 0..MOST_EVALUATIONS {
-        let share = (low * beyond - high * off) / (beyond - off);
+        let secant = (low * beyond - high * off) / (beyond - off);
+        // An infinite value says nothing of the distance.
+        let share = if secant.is_nan() { 0.5 * (low + high) } else { secant };
         if above.0 == 0.0 || !(low < share && share < high) {
             break;
         }
@@ -52,6 +54,8 @@ mod tests {
         assert!((zero(&|x| (x - 0.3).powi(3)) - 0.3).abs() < 1e-5);
         assert!((zero(&|x| (1e6 * (x - 0.77)).tanh()) - 0.77).abs() < 1e-15);
         assert!((zero(&|x| 1.0 - 2.0 * x) - 0.5).abs() < 1e-16);
+        // The function begins at infinity.
+        assert!((zero(&|x| 1.0 / x - 3.0) - 1.0 / 3.0).abs() < 1e-15);
         // The end itself is the zero.
         assert_eq!(zero(&|x| x - 1.0), 1.0);
     }

@@ -2,7 +2,7 @@
 
 use afterbay_core::{
     Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, State, StateRef,
-    StepFailure, integrate_with_events,
+    StepFailure, TakeStep, integrate_with_events,
 };
 use std::ops::ControlFlow;
 
@@ -137,13 +137,20 @@ fn drift(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> 
 }
 
 type Function = fn(StateRef<'_, f64>) -> f64;
+type Watched = (Function, Direction, Option<usize>);
 type Found = (Result<Effort, IntegrateError>, Vec<(usize, f64)>, State<Vec<f64>>);
 
 /// Free motion with events; those that bounce reverse the momentum of the coordinate they name.
-fn free(
+fn free(start: [&[f64]; 2], grid: (f64, u64), events: &[Watched]) -> Found {
+    watch(&mut drift, start, grid, events)
+}
+
+/// A motion with events.
+fn watch(
+    step: TakeStep<'_>,
     [q, p]: [&[f64]; 2],
     (h, steps): (f64, u64),
-    events: &[(Function, Direction, Option<usize>)],
+    events: &[Watched],
 ) -> Found {
     let mut state = State::new(q.to_vec(), p.to_vec()).expect("finite");
     let watched: Vec<Event<'_>> = events
@@ -165,7 +172,7 @@ fn free(
     let grid = Grid::of(h, steps).expect("a grid");
     let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
     let outcome =
-        integrate_with_events(&mut drift, grid, &mut state, (&watched, &mut happen), &mut observe);
+        integrate_with_events(step, grid, &mut state, (&watched, &mut happen), &mut observe);
     (outcome, found, state)
 }
 
@@ -305,5 +312,62 @@ fn a_pole_is_no_zero() {
             free([&[2.0], &[-1.0]], (h, steps), &[(inverse, Direction::Both, None)]);
         outcome.expect("it runs");
         assert!(found.is_empty(), "{h}: {found:?}");
+    }
+}
+
+/// A ball that rises above 0.455 at t = 0.7 and falls below it at 1.3 in one step, with an event of
+/// the time between the two.
+#[test]
+fn a_function_that_is_beyond_zero_at_another_event_crossed_it_before() {
+    let ceiling: Function = |state| state.q[0] - 0.455;
+    let time: Function = |state| state.t - 0.9;
+    for (h, steps) in [(1.5, 2), (1.4, 1), (0.7, 2), (0.1, 20)] {
+        let seen = |both: [Watched; 2]| {
+            let (outcome, mut found, state) = watch(&mut fall, [&[0.0], &[1.0]], (h, steps), &both);
+            outcome.expect("it runs");
+            found.retain(|event| event.1 < 1.1);
+            (found, state)
+        };
+        let ceiling = (ceiling, Direction::Rising, None);
+        let time = (time, Direction::Rising, None);
+        for (order, [i, j]) in [([ceiling, time], [0, 1]), ([time, ceiling], [1, 0])] {
+            let (found, _) = seen(order);
+            assert_eq!(found.iter().map(|event| event.0).collect::<Vec<_>>(), [i, j], "{h}");
+            assert!((found[0].1 - 0.7).abs() < 1e-14, "{h}: {found:?}");
+            assert!((found[1].1 - 0.9).abs() < 1e-15, "{h}: {found:?}");
+        }
+        // It bounces at the ceiling, with p = 0.3 there.
+        let (found, state) = seen([(ceiling.0, Direction::Rising, Some(0)), time]);
+        assert!((found[0].1 - 0.7).abs() < 1e-14, "{h}: {found:?}");
+        let late = state.t - 0.7;
+        let height = 0.455 - 0.3 * late - 0.5 * late * late;
+        assert!((state.q[0] - height).abs() < 1e-13, "{h}: {state:?}");
+    }
+}
+
+#[test]
+fn a_pole_at_another_event_or_at_the_start_is_no_zero() {
+    for (h, steps) in STEPS {
+        let zero: Function = |state| state.q[0] - 0.9;
+        let pole: Function = |state| 1.0 / (state.q[0] - 0.9);
+        let [zero, pole] = [zero, pole].map(|function| (function, Direction::Both, None));
+        for (events, i) in [([zero, pole], 0), ([pole, zero], 1)] {
+            let (outcome, found, _) = free([&[2.0], &[-1.0]], (h, steps), &events);
+            outcome.expect("it runs");
+            assert!(
+                matches!(found[..], [(j, t)] if j == i && (t - 1.1).abs() < 1e-14),
+                "{h}: {found:?}"
+            );
+        }
+        let infinite: Function = |state| state.q[0] / state.q[1];
+        let events = [(infinite, Direction::Both, None)];
+        let (outcome, found, _) = free([&[1.0, 0.0], &[0.0, -1.0]], (h, steps), &events);
+        outcome.expect("it runs");
+        assert!(found.is_empty(), "{h}: {found:?}");
+        let falls: Function = |state| 1.0 / state.q[0] - 3.0;
+        let (outcome, found, _) =
+            free([&[0.0], &[1.0]], (h, steps), &[(falls, Direction::Falling, None)]);
+        outcome.expect("it runs");
+        assert!(matches!(found[..], [(0, t)] if (t - 1.0 / 3.0).abs() < 1e-15), "{h}: {found:?}");
     }
 }
