@@ -118,16 +118,21 @@ impl Graph {
         self.product(b, fraction)
     }
 
-    /// max(a, b) = a + (d + |d|)/2 with d = b - a, to a rounding of the larger of |a| and |b|. It
-    /// is exact if one of the two is 0.
+    /// The larger of two numbers, exactly. With d = b - a it is a (1 - sign d)/2 + b (1 + sign d)/2,
+    /// in which the smaller one does not enter, however large it is; and (d + |d|)/2 if a is 0.
     pub fn max(&mut self, a: Node, b: Node) -> Node {
-        // d is b itself if a is 0.
         let (a, b) = if self.is_zero(b) { (b, a) } else { (a, b) };
-        let d = self.difference(b, a);
-        let size = self.of(Function::Abs, d);
-        let (twice, half) = (self.sum(d, size), self.number(0.5));
-        let above = self.product(half, twice);
-        self.sum(a, above)
+        let (d, half) = (self.difference(b, a), self.number(0.5));
+        if self.is_zero(a) {
+            let size = self.of(Function::Abs, d);
+            let twice = self.sum(d, size);
+            return self.product(half, twice);
+        }
+        let sign = self.of(Function::Sign, d);
+        let shift = self.product(half, sign);
+        let (of_a, of_b) = (self.difference(half, shift), self.sum(half, shift));
+        let (of_a, of_b) = (self.product(of_a, a), self.product(of_b, b));
+        self.sum(of_a, of_b)
     }
 
     /// min(a, b) = -max(-a, -b)
@@ -247,8 +252,14 @@ impl Function {
             Self::Sinh => divided::sinh(a, b),
             Self::Cosh => divided::cosh(a, b),
             Self::Tanh => divided::tanh(a, b),
+            Self::Sign => {
+                let still = (b - a).abs().le(T::zero());
+                let run = T::select(still, T::one(), b - a);
+                let value = (self.at(b) - self.at(a)) / run;
+                Line { value, slope: -value / run }
+            }
             // No potential contains these: a plain quotient will do.
-            Self::Sign | Self::Fraction | Self::Sech => {
+            Self::Fraction | Self::Sech => {
                 let still = (b - a).abs().le(T::zero());
                 let rise = (self.at(b) - self.at(a)) / T::select(still, T::one(), b - a);
                 Line { value: rise, slope: T::zero() }

@@ -1,7 +1,7 @@
 //! References of systems that are not analytic, against closed solutions and a series written for
 //! one of them.
 
-use afterbay_core::{InputError, Quad, Series, State, taylor};
+use afterbay_core::{InputError, Quad, Separable, Series, State, System, taylor};
 use afterbay_systems::{Custom, Description, DissipationText};
 
 type Wide = Series<Quad, 24>;
@@ -108,5 +108,33 @@ fn where_series_end_is_said() {
         let ends = follow(&system(potential, drag), start, 20.0, 1).unwrap_err();
         let InputError::SolutionEnds { t } = ends else { panic!("{potential}: {ends}") };
         assert!(t > 0.1 && t < 20.0, "{potential} {drag}: {t}");
+    }
+}
+
+/// Of min and max the operand that is not taken does not enter, however large it is.
+#[test]
+fn min_and_max_are_one_of_their_operands() {
+    for potential in [
+        "min(1e20, q1^2/2)",
+        "min(q1^2/2, 1e20)",
+        "max(-1e300, q1^2/2)",
+        "max(q1^2/2, -1e300)",
+        "min(max(-1e9/q1^12, q1^2/2), 1e9/q1^12)",
+    ] {
+        let system = system(potential, "");
+        assert_eq!(system.energy(&[0.6], &[0.0]), 0.6 * 0.6 / 2.0, "{potential}");
+        assert_eq!(system.partial(&[0.6], 0, 0.6), 0.6, "{potential}");
+        let mean = system.divided_difference(&[0.6], 0, 1.0).value;
+        assert!((mean - 0.8).abs() < 1e-15, "{potential}: {mean}");
+    }
+    // Across the kink the mean is that of both parts, on edges of any length.
+    for cap in [3.0, 3e12] {
+        let system = system(&format!("min({cap}, {cap}*q1^2)"), "");
+        for length in [1.0, 1e-3, 1e-9, 1e-15] {
+            let (from, to) = (1.0 - length / 3.0, 1.0 + length);
+            let rise = system.divided_difference(&[from], 0, to).value * (to - from);
+            let exact = cap * (1.0 - from) * (1.0 + from);
+            assert!((rise - exact).abs() < 4.0 * f64::EPSILON * cap, "{cap} {length}: {rise}");
+        }
     }
 }
