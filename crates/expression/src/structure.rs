@@ -3,7 +3,7 @@
 
 use crate::function::Function;
 use crate::graph::{Graph, Input, Kinds, Node, Term};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The least and the largest degree of the monomials of a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,12 +102,16 @@ impl Graph {
     }
 
     /// The functions at whose zeros `of` may not be analytic: x of |x|, √x and ln x, and x - ⌊x⌋
-    /// and x - ⌊x⌋ - 1 of ⌊x⌋.
+    /// and x - ⌊x⌋ - 1 of ⌊x⌋. Where x is constant between jumps, as in |⌊t⌋|, they are left out: it
+    /// then changes at those jumps alone, and may be 0 all along.
     pub fn kinks(&mut self, of: &[Node]) -> Vec<Node> {
         let one = self.number(1.0);
+        let cone = self.cone(of, Kinds::ALL);
+        let levels = self.levels(&cone);
         let mut kinks = Vec::new();
-        for node in self.cone(of, Kinds::ALL) {
+        for node in cone {
             match self.term(node) {
+                Term::Of(_, x) if levels.contains(&x) => {}
                 Term::Of(Function::Abs | Function::Sign | Function::Sqrt | Function::Log, x) => {
                     kinks.push(x);
                 }
@@ -120,6 +124,28 @@ impl Graph {
         kinks.sort_unstable();
         kinks.dedup();
         kinks
+    }
+
+    /// Those of these nodes that are constant between jumps: ⌊x⌋, signs, and functions of such. The
+    /// operands of a node come before it.
+    fn levels(&self, nodes: &[Node]) -> HashSet<Node> {
+        let mut levels = HashSet::new();
+        for &node in nodes {
+            let term = self.term(node);
+            let jumps = match term {
+                Term::Of(Function::Sign, _) => true,
+                Term::Difference(x, fraction) => {
+                    self.term(fraction) == Term::Of(Function::Fraction, x)
+                }
+                _ => false,
+            };
+            let is_level = |x: Node| self.closed(x) || levels.contains(&x);
+            let is_input = matches!(term, Term::Input(_));
+            if jumps || (!is_input && term.operands().all(is_level)) {
+                levels.insert(node);
+            }
+        }
+        levels
     }
 
     /// The functions at whose zeros `of` may be singular: divisors, and x of ln x.

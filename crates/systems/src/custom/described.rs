@@ -82,7 +82,7 @@ impl Described {
     }
 
     /// The period of V and D in the time, if their form shows one: the time occurs only in sines
-    /// and cosines of one frequency and its multiples.
+    /// and cosines whose frequencies are multiples of one.
     pub fn period_in_time(&self) -> Option<f64> {
         match self {
             Self::Clocked(system) => system.unclocked().periods().last().copied().flatten(),

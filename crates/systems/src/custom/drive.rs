@@ -132,7 +132,7 @@ impl CustomDrive<f64> {
     }
 
     /// A period of all forces in t: the one that is given, or one that their form shows, where t
-    /// occurs only in sines and cosines of one frequency and its multiples.
+    /// occurs only in sines and cosines whose frequencies are multiples of one.
     pub fn period(&self) -> Option<f64> {
         let shape = &self.shape;
         self.given_period()

@@ -1,5 +1,6 @@
 //! The periods of coordinates and of the time: functions are periodic in an input that occurs only
-//! in sines, cosines and fractional parts of one frequency and its multiples.
+//! in sines, cosines and fractional parts of frequencies that are multiples of one. A sine changes
+//! its sign after half a period, so that its square has half the period.
 
 use super::Custom;
 use afterbay_expression::{Function, Graph, Input, Kinds, Node, Term};
@@ -14,6 +15,8 @@ enum Dependence {
     Affine(f64),
     /// It is periodic with this angular frequency.
     Periodic(f64),
+    /// It is periodic with this angular frequency, and changes its sign after half a period.
+    Alternating(f64),
     /// Any other dependence.
     Other,
 }
@@ -21,6 +24,8 @@ enum Dependence {
 /// The largest relative deviation of the ratio of two frequencies from a whole number. A choice:
 /// some thousand roundings.
 const WHOLE_RATIO_TOLERANCE: f64 = 1e-12;
+/// The largest multiple of a common frequency that the lower of two frequencies may be. A choice.
+const MOST_MULTIPLE: u32 = 12;
 
 impl Dependence {
     /// The dependence of any function of two terms.
@@ -28,15 +33,50 @@ impl Dependence {
         match (self, other) {
             (Self::Constant, x) | (x, Self::Constant) => match x {
                 Self::Affine(_) => Self::Other,
+                Self::Alternating(frequency) => Self::Periodic(frequency),
                 x => x,
             },
-            (Self::Periodic(a), Self::Periodic(b)) => {
-                let (low, high) = (a.min(b), a.max(b));
-                let ratio = (high / low).round();
-                let whole = (high - ratio * low).abs() <= WHOLE_RATIO_TOLERANCE * high;
-                if whole { Self::Periodic(low) } else { Self::Other }
+            (a, b) => common(a, b).map_or(Self::Other, |(base, _)| Self::Periodic(base)),
+        }
+    }
+
+    /// The dependence of a product or a quotient of two terms that depend on the input.
+    fn product(self, other: Self) -> Self {
+        let alternate = [self, other].iter().all(|x| matches!(x, Self::Alternating(_)));
+        match common(self, other) {
+            // In half a period of the base each factor goes through so many halves of its own.
+            Some((base, halves)) if alternate => {
+                let stays = (halves[0] + halves[1]) % 2.0 == 0.0;
+                if stays { Self::Periodic(2.0 * base) } else { Self::Alternating(base) }
             }
-            _ => Self::Other,
+            Some((base, _)) => Self::Periodic(base),
+            None => Self::Other,
+        }
+    }
+
+    /// The dependence of a function of a term.
+    fn under(self, function: Function) -> Self {
+        match (function, self) {
+            (Function::Sin | Function::Cos, Self::Affine(rate)) => Self::Alternating(rate.abs()),
+            (Function::Fraction, Self::Affine(rate)) => {
+                Self::Periodic(std::f64::consts::TAU * rate.abs())
+            }
+            (_, Self::Affine(_)) => Self::Other,
+            (
+                Function::Abs | Function::Cos | Function::Cosh | Function::Sech,
+                Self::Alternating(f),
+            ) => Self::Periodic(2.0 * f),
+            (
+                Function::Sign
+                | Function::Sin
+                | Function::Asin
+                | Function::Atan
+                | Function::Sinh
+                | Function::Tanh,
+                Self::Alternating(f),
+            ) => Self::Alternating(f),
+            (_, Self::Alternating(frequency)) => Self::Periodic(frequency),
+            (_, course) => course,
         }
     }
 
@@ -47,6 +87,10 @@ impl Dependence {
             (Self::Affine(a), Self::Affine(b)) => Self::affine(a + sign * b),
             (Self::Affine(a), Self::Constant) => Self::Affine(a),
             (Self::Constant, Self::Affine(b)) => Self::Affine(sign * b),
+            (Self::Alternating(_), Self::Alternating(_)) => match common(self, other) {
+                Some((base, [a, b])) if a % 2.0 == 1.0 && b % 2.0 == 1.0 => Self::Alternating(base),
+                _ => self.with(other),
+            },
             _ => self.with(other),
         }
     }
@@ -65,11 +109,24 @@ impl Dependence {
     }
 }
 
+/// The highest frequency of which those of two periodic terms are multiples, and these multiples.
+fn common(a: Dependence, b: Dependence) -> Option<(f64, [f64; 2])> {
+    use Dependence::{Alternating, Periodic};
+    let (Periodic(a) | Alternating(a)) = a else { return None };
+    let (Periodic(b) | Alternating(b)) = b else { return None };
+    let (low, high) = (a.min(b), a.max(b));
+    (1..=MOST_MULTIPLE).find_map(|multiple| {
+        let base = low / f64::from(multiple);
+        let other = (high / base).round();
+        let whole = (high - other * base).abs() <= WHOLE_RATIO_TOLERANCE * high;
+        whole.then_some((base, [f64::from(multiple), other]))
+    })
+}
+
 impl Custom<f64> {
     /// The period of each coordinate, if the form shows one: V and every D_i are the same at q_j
     /// and at q_j plus the period. There is none if q_j occurs outside of sines and cosines of
-    /// linear forms, if their frequencies are not multiples of the lowest, or if q_j does not
-    /// occur.
+    /// linear forms, if their frequencies are no multiples of one, or if q_j does not occur.
     pub fn periods(&self) -> Vec<Option<f64>> {
         let shape = &self.shape;
         periods(&shape.graph, &shape.fields, shape.dof, &self.parameters)
@@ -123,22 +180,15 @@ fn period(
             Term::Product(a, b) => match (at(a), at(b)) {
                 (a, Dependence::Constant) => a.times(number(b)),
                 (Dependence::Constant, b) => b.times(number(a)),
-                (a, b) => a.with(b),
+                (a, b) => a.product(b),
             },
             Term::Quotient(a, b) => match (at(a), at(b)) {
                 (a, Dependence::Constant) => a.times(number(b).map(f64::recip)),
-                (a, b) => a.with(b),
+                (Dependence::Constant, Dependence::Affine(_)) => Dependence::Other,
+                (Dependence::Constant, b) => b,
+                (a, b) => a.product(b),
             },
-            Term::Of(function, a) => match (function, at(a)) {
-                (Function::Sin | Function::Cos, Dependence::Affine(rate)) => {
-                    Dependence::Periodic(rate.abs())
-                }
-                (Function::Fraction, Dependence::Affine(rate)) => {
-                    Dependence::Periodic(std::f64::consts::TAU * rate.abs())
-                }
-                (_, Dependence::Affine(_)) => Dependence::Other,
-                (_, course) => course,
-            },
+            Term::Of(function, a) => at(a).under(function),
             Term::Constant(_) | Term::Pi | Term::Parameter(_) | Term::Input(_) => {
                 Dependence::Constant
             }
@@ -152,7 +202,9 @@ fn period(
     }
     let roots = roots.iter().filter_map(|root| courses.get(root).copied());
     match roots.fold(Dependence::Constant, Dependence::with) {
-        Dependence::Periodic(frequency) => Some(std::f64::consts::TAU / frequency),
+        Dependence::Periodic(frequency) | Dependence::Alternating(frequency) => {
+            Some(std::f64::consts::TAU / frequency)
+        }
         Dependence::Constant | Dependence::Affine(_) | Dependence::Other => None,
     }
 }

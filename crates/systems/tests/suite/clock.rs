@@ -96,7 +96,8 @@ fn the_period_in_time_is_found() {
     for (potential, force, period) in [
         ("(1 - cos(2*t))*q1^2", "v1", Some(PI)),
         ("(1 - cos(2*t))*q1^2", "(2 + sin(t))*v1", Some(TAU)),
-        ("(1 - cos(2*t))*q1^2 + cos(q1)", "(2 + sin(3*t))*v1", None),
+        ("(1 - cos(2*t))*q1^2 + cos(q1)", "(2 + sin(3*t))*v1", Some(TAU)),
+        ("(1 - cos(2*t))*q1^2 + cos(q1)", "(2 + sin(sqrt(3)*t))*v1", None),
         ("t*q1", "v1", None),
         ("exp(sin(2*t))*q1^2", "t^2*v1", None),
         ("q1^2", "v1", None),

@@ -251,7 +251,8 @@ fn a_coordinate_in_sines_of_one_frequency_recurs() {
     for (potential, forces, expected) in [
         ("k*(1 - cos(q1))", &[][..], vec![Some(full)]),
         ("-cos(k*q1 + 1)", &[], vec![Some(full / 3.0)]),
-        ("k*cos(q1/2)^2 + abs(sin(q1))*exp(sin(q1))", &[], vec![Some(2.0 * full)]),
+        ("k*cos(q1/2)^2 + abs(sin(q1))*exp(sin(q1))", &[], vec![Some(full)]),
+        ("k*sin(q1/2)^2 + cos(3*q1)*cos(q1)", &[], vec![Some(full)]),
         ("k*sin(2*q1) - cos(6*q1) + tan(4*q1)", &[], vec![Some(full / 2.0)]),
         ("k*cos(q1 - q2) + cos(2*q2)", &[], vec![Some(full), Some(full)]),
         ("k*cos(q1 - q2) + q2^2", &[], vec![Some(full), None]),
