@@ -109,7 +109,8 @@ where
         validate::masses(system)?;
         if system.dissipation_form().coupled {
             let why = "D couples the momenta and p½ is solved one at a time: \
-                       take relaxed-rk4 or gonzalez, or increment-2 if D is linear in the velocities";
+                       take relaxed-rk4 or gonzalez, or increment-2 if D is linear in the \
+                       velocities and nothing drives the system";
             return Err(InputError::Unsupported { method: "splitting", why });
         }
         let n = system.dof();

@@ -47,7 +47,7 @@ const MISTAKES: &[(&str, &str, &[&str])] = &[
     (V, "g*q1**2", &["* where", "powers are written ^"]),
     (V, "g(1 - q1)", &["missing between g and (", "write g*(..)"]),
     (V, "g*q1^2 + 0.5 q1", &["missing between 0.5 and q1", "write 0.5*q1"]),
-    (V, "9,81*q1*g", &[", where", "numbers are written with a point: 9.81"]),
+    (V, "9,81*q1*g", &[", where", "numbers are written with a point, as in 9.81"]),
     (V, "g*(1 - cos(q1)", &["the expression ends where", "what was opened is not closed"]),
     (V, "g*q1 +", &["the expression ends where a number, a name or a parenthesis should be"]),
     (V, "g*cosh(q1", &["the expression ends where"]),

@@ -147,7 +147,8 @@ pub enum StepFailure {
         dof + 1
     )]
     AcrossSingularity {
-        /// The degree of freedom that moves, or moves furthest, from 0.
+        /// The degree of freedom that moves, or of those that move one whose move meets the
+        /// singularity, from 0.
         dof: usize,
         /// Its coordinate before the step.
         from: f64,

@@ -204,7 +204,7 @@ where
 /// Refuses a step between whose ends H is singular.
 ///
 /// # Errors
-/// [`StepFailure::AcrossSingularity`], with the coordinate that moves furthest.
+/// [`StepFailure::AcrossSingularity`], with a coordinate whose move meets the singularity.
 pub(crate) fn check_between<T, S>(system: &S, from: &[T], to: &[T]) -> Result<(), StepFailure>
 where
     T: Scalar,
@@ -213,8 +213,14 @@ where
     if !system.is_singular_between(from, to) {
         return Ok(());
     }
-    let moved = |j: usize| (to[j] - from[j]).abs().to_f64();
-    let dof = (0..to.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0);
+    // The coordinates below `low` move on one side of it, those below `high` across it.
+    let (mut low, mut high) = (0, to.len());
+    while high - low > 1 {
+        let middle = low.midpoint(high);
+        let end = [&to[..middle], &from[middle..]].concat();
+        if system.is_singular_between(from, &end) { high = middle } else { low = middle }
+    }
+    let dof = low;
     let [from, to] = [from, to].map(|q| q.get(dof).map_or(0.0, |q| q.to_f64()));
     Err(StepFailure::AcrossSingularity { dof, from, to })
 }

@@ -214,7 +214,7 @@ fn check_value(forms: &[Schema<'_>], value: &Spanned<DeValue<'_>>) -> Result<(),
 fn expected(forms: &[Schema<'_>]) -> String {
     let names = [
         ("number", "a number"),
-        ("integer", "a whole number, 0 or more"),
+        ("integer", "a whole number that is not negative"),
         ("string", "text"),
         ("array", "a list"),
         ("object", "a table"),

@@ -121,12 +121,19 @@ impl Reader<'_, '_> {
             return self.state(name, digits);
         }
         match self.names.parameters.iter().position(|parameter| parameter == name) {
+            Some(_) if self.is_velocity(name) => Err(Problem::Ambiguous { name: name.to_owned() }),
             Some(index) => {
                 self.parsed.used[index] = true;
                 Ok(self.graph.parameter(index as u32))
             }
             None => self.defined(name),
         }
+    }
+
+    /// Whether the name is that of a velocity here.
+    fn is_velocity(&self, name: &str) -> bool {
+        let digits = digits(name, &['v']);
+        self.names.velocities.is_ok() && digits.is_some_and(|digits| !digits.starts_with('0'))
     }
 
     /// The value of another expression, of `i` or `n`, or a velocity.

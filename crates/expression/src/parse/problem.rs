@@ -43,6 +43,12 @@ pub enum Problem {
         /// The names that are known, as a list in words.
         known: Box<str>,
     },
+    /// A parameter with the name of a velocity, where velocities are allowed.
+    #[error("{name} is a velocity here, and the name of a parameter: rename the parameter")]
+    Ambiguous {
+        /// The name.
+        name: String,
+    },
     /// A number outside the range of `f64`.
     #[error("{text} is too large or too small for a number")]
     Number {
@@ -135,7 +141,10 @@ impl Problem {
                 let advice = match found.chars().next()? {
                     '*' => "powers are written ^, as in q1^2, and products *, as in 2*q1",
                     '[' => "entries are written q[1], p[1], ..",
-                    ',' => "numbers are written with a point: 9.81",
+                    ',' => {
+                        "numbers are written with a point, as in 9.81, and min, max and mod take two \
+                         arguments"
+                    }
                     _ => return None,
                 };
                 Some(advice.into())

@@ -50,7 +50,9 @@ impl SceneProblem {
             }
             Self::FileName { .. } => "a name has letters, digits, `-` and `_`, at most 100 of them",
             Self::Quoted { .. } => "write the number without quotation marks",
-            Self::LargeWhole { .. } => "write it as 1e20 where any number may stand",
+            Self::LargeWhole { .. } => {
+                "where any number may stand, write it as 1e20; a count is at most 9223372036854775807"
+            }
             Self::NoText => "save the file as UTF-8",
             Self::TooLarge { .. } => "is this the right file?",
             Self::Syntax(_) => "scenes are TOML files: see https://toml.io, and `afterbay schema`",
