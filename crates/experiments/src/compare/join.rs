@@ -170,15 +170,18 @@ impl Joined {
 }
 
 impl Column {
-    fn of(name: &str, a: &Table, b: &Table, pairs: &[[usize; 2]]) -> Self {
+    fn of(name: &str, left: &Table, right: &Table, pairs: &[[usize; 2]]) -> Self {
         let measure = Measure::of(name);
+        // Rows of a sweep name what their value is.
+        let is_time =
+            |row: usize| measure != Measure::Time && entry(left, row, "what").ends_with("seconds");
         let mut column =
             Self { name: name.into(), measure, words: false, different: 0, empty: 0, range: None };
         for [i, j] in pairs {
-            let (a, b) = (entry(a, *i, name), entry(b, *j, name));
+            let (a, b) = (entry(left, *i, name), entry(right, *j, name));
             column.words |= [a, b].iter().any(|entry| !entry.is_empty() && number(entry).is_none());
             column.empty += usize::from(a.is_empty() != b.is_empty());
-            if is_same(a, b) {
+            if is_same(a, b) || is_time(*i) {
                 continue;
             }
             column.different += 1;
@@ -244,6 +247,12 @@ mod tests {
         let a = table(&["method,h,seconds", "x,0.1,1"]);
         let b = table(&["method,h,seconds", "x,0.1,2"]);
         assert!(Joined::of("work_precision", &a, &b).is_equal());
+        let a = table(&["topic,of,what,value", "cost,rk4,seconds,1", "cost,rk4,steps,8"]);
+        let b = table(&["topic,of,what,value", "cost,rk4,seconds,2", "cost,rk4,steps,8"]);
+        assert!(Joined::of("sweep", &a, &b).is_equal());
+        let c = table(&["topic,of,what,value", "cost,rk4,seconds,1", "cost,rk4,steps,9"]);
+        assert!(!Joined::of("sweep", &a, &c).is_equal());
+        let a = table(&["method,h,seconds", "x,0.1,1"]);
         let more = table(&["method,h,seconds,steps", "x,0.1,2,3"]);
         assert!(!Joined::of("work_precision", &a, &more).is_equal());
     }

@@ -17,6 +17,9 @@ use afterbay_analysis::study::outcome::COMPLETED;
 const DATA: &str = "limit_cycle";
 /// The most bifurcations that a sentence names.
 const MOST_NAMED: usize = 6;
+/// A cycle is neutral if its largest multiplier differs from 1 by at most this much. A choice: some
+/// orders more than its rounding.
+const NEUTRAL: f64 = 1e-6;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<LimitCycle>) -> Boxed<'a> {
     let made = |plan: &DynamicsPlan<LimitCycle>, parts| sheet(scene, plan, plan.gather(parts));
@@ -60,7 +63,8 @@ fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>) -> String {
          found by Newton's method. The amplitude is max |q1|, at steps and between them; of an \
          angle that turns, half the range of q1 less its uniform rotation. The multipliers are \
          those by which small displacements grow over a period; the cycle is stable if all are \
-         less than 1, but for the one along a cycle without a drive.{along}{}",
+         less than 1, but for the one along a cycle without a drive, and neutral if the largest of \
+         the others is 1 to a millionth.{along}{}",
         plan.study.transient,
         of_reference(plan.reference),
     )
@@ -153,7 +157,11 @@ fn what_is_seen(r: &Readings) -> Said {
         if number("period").is_nan() {
             return format!("{label}: no cycle ({})", r.word(label, "run"));
         }
-        let stable = if number("multiplier") < 1.0 { "stable" } else { "unstable" };
+        let stable = match number("multiplier") - 1.0 {
+            off if off.abs() <= NEUTRAL => "neutral",
+            off if off < 0.0 => "stable",
+            _ => "unstable",
+        };
         let off = match number("period off") {
             off if off.is_nan() => String::new(),
             off => {

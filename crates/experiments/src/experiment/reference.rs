@@ -7,11 +7,12 @@ use afterbay_methods::registry::{REFERENCE, Row};
 /// The label of the reference.
 pub(super) const EXACT: &str = REFERENCE.name;
 
-/// The label of a method and its step.
+/// The label of a method and its step, of which it has four digits: what is found belongs to it.
 pub(super) fn label(row: &Row, h: f64) -> String {
     match row.name {
         EXACT => EXACT.into(),
-        name => format!("{name}, h = {h:.4}"),
+        name if h >= 0.05 => format!("{name}, h = {h:.4}"),
+        name => format!("{name}, h = {h:.3e}"),
     }
 }
 
@@ -49,5 +50,19 @@ pub(super) fn show_states(
         let name = format!("{data}-{}-{nth}", states.row.name);
         let caption = "Grey: the reference. It lies below the method.";
         sheet.show(&name, &chart(&states.label, curves), caption, data);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterbay_methods::registry::find;
+
+    #[test]
+    fn steps_of_different_labels_are_told_apart_however_short_they_are() {
+        let rk4 = find("rk4").expect("a method");
+        let labels = [1e-5, 4e-5, 2e-3, 0.0123, 0.0124, 0.1].map(|h| label(rk4, h));
+        let ends = ["1.000e-5", "4.000e-5", "2.000e-3", "1.230e-2", "1.240e-2", "0.1000"];
+        assert_eq!(labels, ends.map(|end| format!("rk4, h = {end}")));
     }
 }

@@ -163,7 +163,7 @@ fn what_is_seen(r: &Readings) -> Said {
             count => format!("; {count} of {} motions are not steady", number("values")),
         };
         format!(
-            "{label}: largest steady amplitude {} at {}{off}; supplied and dissipated energy \
+            "{label}: largest steady amplitude of q1 {} at {}{off}; supplied and dissipated energy \
              differ by {} of it at most{unsteady}{fails}",
             fixed(number("peak"), 4),
             fixed(number("at"), 4),

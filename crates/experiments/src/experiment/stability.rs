@@ -74,8 +74,10 @@ fn sheet(
 fn readings(rows: &[AtlasRow]) -> Readings {
     rows.iter().fold(Readings::default(), |r, row| {
         let first = row.verdict.map_or("", Verdict::describe);
-        let [failed, values] = row.count;
-        r.and(row.method, "first failure", first)
+        let ([failed, values], [unjudged, cells]) = (row.count, row.unjudged);
+        r.and(row.method, "unjudged", unjudged)
+            .and(row.method, "cells", cells)
+            .and(row.method, "first failure", first)
             .and(row.method, "h", row.h)
             .and(row.method, "failed", failed)
             .and(row.method, "values", values)
@@ -118,20 +120,32 @@ fn step(h: f64) -> String {
 }
 
 fn what_breaks_first(r: &Readings) -> Said {
-    let one = |method: &str| match r.word(method, "first failure") {
-        "" => format!("{method}: nothing fails"),
-        verdict => {
-            let [h, failed, values] = ["h", "failed", "values"].map(|what| r.number(method, what));
-            let (h, of) = (step(h), r.word(method, "parameter"));
-            format!("{method}: {verdict} at h = {h} ({failed} of {values} values of {of})")
+    let one = |method: &str| {
+        let number = |what: &str| r.number(method, what);
+        let [unjudged, cells] = ["unjudged", "cells"].map(number);
+        if unjudged == cells {
+            return format!("{method}: no cell is judged");
+        }
+        let judged = match r.word(method, "first failure") {
+            "" => format!("{method}: nothing fails"),
+            verdict => {
+                let [h, failed, values] = ["h", "failed", "values"].map(number);
+                let (h, of) = (step(h), r.word(method, "parameter"));
+                format!("{method}: {verdict} at h = {h} ({failed} of {values} values of {of})")
+            }
+        };
+        match unjudged {
+            0.0 => judged,
+            _ => format!("{judged}, {unjudged} of {cells} cells are not judged"),
         }
     };
     (Holds::Note, r.each("first failure", one))
 }
 
 fn cells(row: &AtlasRow) -> Vec<String> {
-    let verdict =
-        |verdict: Option<Verdict>| verdict.map_or("nothing fails", Verdict::describe).to_owned();
+    let [unjudged, cells] = row.unjudged;
+    let without = if unjudged == cells { "not judged" } else { "nothing fails" };
+    let verdict = |verdict: Option<Verdict>| verdict.map_or(without, Verdict::describe).to_owned();
     let step = |h: Option<f64>| h.map_or(String::new(), step);
     let values = row.from.zip(row.to).map_or(String::new(), |(from, to)| {
         let [from, to] = [from, to].map(|value| fixed(value, 3));
@@ -146,4 +160,36 @@ fn cells(row: &AtlasRow) -> Vec<String> {
         step(row.middle_h),
         format!("{} = {}", row.parameter, fixed(row.middle, 3)),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_that_are_not_judged_are_counted() {
+        let row = AtlasRow {
+            method: "rk4",
+            parameter: "c".into(),
+            h: None,
+            verdict: None,
+            count: [0, 4],
+            unjudged: [0, 12],
+            from: None,
+            to: None,
+            middle: 1.0,
+            middle_h: None,
+            middle_verdict: None,
+        };
+        let says = |unjudged: usize, verdict: Option<Verdict>| {
+            let (h, count) = (verdict.map(|_| 0.5), [usize::from(verdict.is_some()), 4]);
+            let row = AtlasRow { unjudged: [unjudged, 12], verdict, h, count, ..row.clone() };
+            what_breaks_first(&readings(&[row])).1
+        };
+        assert_eq!(says(0, None), "rk4: nothing fails.");
+        assert_eq!(says(12, None), "rk4: no cell is judged.");
+        assert_eq!(says(3, None), "rk4: nothing fails, 3 of 12 cells are not judged.");
+        let wrong = says(3, Some(Verdict::Wrong));
+        assert!(wrong.contains("(1 of 4 values of c), 3 of 12 cells are not judged"), "{wrong}");
+    }
 }

@@ -14,7 +14,7 @@
 //! the eigenvector of the multiplier -1, and may be followed instead.
 
 use super::cycle::Cycle;
-use super::event::{self, EVENTS, Tests};
+use super::event::{self, Tests, is_real};
 use super::shooting::{Condition, Image, Shooting, Solved};
 use super::{CycleFailure, Event, Point, phase, steps};
 use afterbay_core::IntegrateError;
@@ -188,13 +188,13 @@ impl Walk<'_> {
             };
             let events =
                 if self.fresh { Vec::new() } else { event::between(&self.at.tests, &next.tests) };
-            for index in events {
+            for (index, event) in events {
                 let found = self.locate(next.clone(), index);
-                if !event::is_real(EVENTS[index], &found.cycle) {
+                if !is_real(event, &found.cycle) {
                     continue;
                 }
-                points.push(Point { cycle: found.cycle.clone(), event: Some(EVENTS[index]) });
-                if EVENTS[index] == Event::PeriodDoubling && doubles {
+                points.push(Point { cycle: found.cycle.clone(), event: Some(event) });
+                if event == Event::PeriodDoubling && doubles {
                     self.at = found;
                     return Ok(Goes::Doubles);
                 }

@@ -1,13 +1,15 @@
 //! Bifurcations of cycles along a branch.
 //!
 //! ```text
-//! fold                dλ/ds changes its sign
-//! branching           Π (μ_i - 1) changes its sign, and dλ/ds does not
+//! fold                dλ/ds and Π (μ_i - 1) change their signs
+//! branching           one of the two changes its sign, and the other does not
 //! period doubling     Π (μ_i + 1) changes its sign
 //! Neimark-Sacker      Π_{i<j} (μ_i μ_j - 1) changes its sign, by a complex pair
 //! ```
 //!
-//! The products are over the nontrivial multipliers μ_i. Source: Yu. A. Kuznetsov, Elements of
+//! The products are over the nontrivial multipliers μ_i. At a branching the continuation may go on
+//! along the branch that crosses: where a symmetry is lost, dλ/ds changes its sign there, and the
+//! mirror image of the cycles before follows. Source: Yu. A. Kuznetsov, Elements of
 //! Applied Bifurcation Theory (2004), section 10.3.
 
 use super::Cycle;
@@ -25,8 +27,8 @@ const ON_CIRCLE: f64 = 1e-3;
 pub enum Event {
     /// The branch turns back in the parameter: a multiplier goes through +1.
     Fold,
-    /// A multiplier goes through +1 where the branch does not turn: another branch crosses it, as
-    /// where a symmetry is lost.
+    /// Another branch crosses, as where a symmetry is lost: a multiplier goes through +1 where the
+    /// branch does not turn, or the branch turns where none does.
     Branching,
     /// A multiplier goes through -1: a cycle of twice the period branches off.
     PeriodDoubling,
@@ -55,15 +57,17 @@ pub(super) fn tests(cycle: &Cycle, slope: f64) -> Tests {
     [slope, off(-1.0), off(1.0), pairs[0]]
 }
 
-/// The bifurcations between two cycles, as indices of [`EVENTS`]. Where the branch turns, a
-/// multiplier goes through +1 as well, which is the same bifurcation.
-pub(super) fn between(before: &Tests, after: &Tests) -> Vec<usize> {
-    let changes = |i: &usize| before[*i] * after[*i] < 0.0;
-    let turns = changes(&0);
-    (0..EVENTS.len())
-        .filter(changes)
-        .filter(|&i| !(turns && EVENTS[i] == Event::Branching))
-        .collect()
+/// The bifurcations between two cycles, with the indices of the test functions that find them.
+/// Where the branch turns, a multiplier goes through +1 as well, which is the same bifurcation.
+pub(super) fn between(before: &Tests, after: &Tests) -> Vec<(usize, Event)> {
+    let changes = |i: usize| before[i] * after[i] < 0.0;
+    let (turns, passes) = (changes(0), changes(1));
+    let named = |i: usize| match EVENTS[i] {
+        Event::Fold if !passes => (i, Event::Branching),
+        event => (i, event),
+    };
+    let found = (0..EVENTS.len()).filter(|&i| changes(i) && !(turns && i == 1));
+    found.map(named).collect()
 }
 
 /// Whether a cycle at which a test function is 0 has that bifurcation. The product of two real
@@ -96,7 +100,7 @@ mod tests_of_events {
 
     fn found(before: (&[Complex], f64), after: (&[Complex], f64)) -> Vec<Event> {
         let [before, after] = [before, after].map(|(all, slope)| tests(&cycle(all), slope));
-        between(&before, &after).into_iter().map(|i| EVENTS[i]).collect()
+        between(&before, &after).into_iter().map(|(_, event)| event).collect()
     }
 
     #[test]
@@ -107,6 +111,8 @@ mod tests_of_events {
         assert_eq!(found((&still, 1.0), (&real(0.9, 0.1), 1.0)), []);
         assert_eq!(found((&still, 1.0), (&real(1.1, 0.1), -1.0)), [Event::Fold]);
         assert_eq!(found((&still, 1.0), (&real(1.1, 0.1), 1.0)), [Event::Branching]);
+        // It turns onto the other branch, on which the multiplier is below 1 again.
+        assert_eq!(found((&still, 1.0), (&real(0.9, 0.1), -1.0)), [Event::Branching]);
         assert_eq!(found((&still, 1.0), (&real(-1.1, 0.1), 1.0)), [Event::PeriodDoubling]);
         assert_eq!(found((&pair(0.9), 1.0), (&pair(1.1), 1.0)), [Event::NeimarkSacker]);
         assert!(is_real(Event::NeimarkSacker, &cycle(&pair(1.0))));

@@ -6,19 +6,21 @@ use serde::Serialize;
 
 /// The first step of a method, as h grows, at which a verdict is not [`Verdict::Right`], over all
 /// values of the parameter and at the middle one. Cells without a reference
-/// ([`Verdict::Unjudged`]) are ignored.
+/// ([`Verdict::Unjudged`]) are counted apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AtlasRow {
     /// Name of the method.
     pub method: &'static str,
     /// Name of the parameter.
     pub parameter: String,
-    /// The least h at which a cell is not right; none if all are right.
+    /// The least h at which a cell is not right; none if all that are judged are right.
     pub h: Option<f64>,
     /// The worst verdict at this h.
     pub verdict: Option<Verdict>,
     /// The number of values with this verdict at this h, of so many.
     pub count: [usize; 2],
+    /// The number of cells without a reference, of so many.
+    pub unjudged: [usize; 2],
     /// The least value with this verdict at this h.
     pub from: Option<f64>,
     /// The largest value with this verdict at this h.
@@ -50,12 +52,14 @@ pub fn atlas(rows: &[StabilityRow]) -> Vec<AtlasRow> {
                 cells.iter().filter(alike).map(|cell| cell.value).collect()
             });
             alike.sort_by(f64::total_cmp);
+            let unjudged = cells.iter().filter(|cell| cell.verdict == Verdict::Unjudged).count();
             AtlasRow {
                 method: first.method,
                 parameter: first.parameter.clone(),
                 h: failed.map(|cell| cell.h),
                 verdict: failed.map(|cell| cell.verdict),
                 count: [alike.len(), values.len()],
+                unjudged: [unjudged, cells.len()],
                 from: alike.first().copied(),
                 to: alike.last().copied(),
                 middle,
@@ -105,7 +109,7 @@ mod tests {
             (row.h, row.verdict, row.from, row.to),
             (Some(1.0), Some(Growing), Some(4.0), Some(4.0))
         );
-        assert_eq!(row.count, [1, 4]);
+        assert_eq!((row.count, row.unjudged), ([1, 4], [1, 12]));
         assert_eq!((row.middle, row.middle_h, row.middle_verdict), (3.0, Some(1.0), Some(Wrong)));
         let good = atlas(&[cell(1.0, 0.5, Right)]);
         assert_eq!((good[0].h, good[0].middle_h), (None, None));
