@@ -57,12 +57,12 @@ impl<T: Side> BoundMethod<'_, T> {
         let Schedule { h, observations, every_step, progress } = schedule;
         let ObservedRun { state, statistics } = run;
         let mut workspace = Workspace::new(state.dof(), &self.scales.track.image);
-        let mut at = from;
+        let (mut at, mut ahead) = (from, observations.ahead(from));
         while at < to && !progress.stopped() {
             let (next, every) = stretch(observations, every_step, at, to);
             let outcome =
                 self.run.run(Grid::<T>::of(h, next - at)?, state, every, &mut |since, state| {
-                    let observation = if since > 0 { observations.after(at + since) } else { None };
+                    let observation = if since > 0 { ahead.take(at + since) } else { None };
                     if since > 0 && (every_step || observation.is_some()) {
                         statistics.check_passivity(state.w);
                     }

@@ -83,11 +83,10 @@ impl Observations {
         Self { count, first: count - (total - 1) * every, every, observations }
     }
 
-    /// The observation after a step, if there is one.
-    pub(super) fn after(&self, step: u64) -> Option<Observation> {
-        let since = step.checked_sub(self.first)?;
-        let index = usize::try_from(since / self.every).ok()?;
-        if since.is_multiple_of(self.every) { self.observations.get(index).copied() } else { None }
+    /// The observations after a step.
+    pub(super) fn ahead(&self, of: u64) -> Ahead<'_> {
+        let index = of.checked_sub(self.first).map_or(0, |since| since / self.every + 1);
+        Ahead { observations: self, index: index as usize, step: self.first + index * self.every }
     }
 
     /// The steps with their observations.
@@ -95,6 +94,30 @@ impl Observations {
         (0..)
             .zip(&self.observations)
             .map(|(i, &observation)| (self.first + i * self.every, observation))
+    }
+}
+
+/// The observations that are still ahead of a run. The next one is known, so that a step without
+/// one costs a comparison and no division.
+pub(super) struct Ahead<'a> {
+    observations: &'a Observations,
+    /// The next observation, and the step after which it is made.
+    index: usize,
+    step: u64,
+}
+
+impl Ahead<'_> {
+    /// The observation after a step, if there is one. Steps ascend from call to call, and none that
+    /// is observed is left out.
+    #[inline]
+    pub(super) fn take(&mut self, step: u64) -> Option<Observation> {
+        if step != self.step {
+            return None;
+        }
+        let observation = self.observations.observations.get(self.index).copied();
+        self.index += 1;
+        self.step += self.observations.every;
+        observation
     }
 }
 
@@ -303,11 +326,15 @@ mod tests {
                 all.last().is_some_and(|observation| observation.1.station.is_some()),
                 "{count}"
             );
-            for (step, observation) in all {
-                assert_eq!(observations.after(step), Some(observation));
+            for from in [0, 1, observations.first, count / 2, count - 1, count] {
+                let (mut ahead, mut rest) = (observations.ahead(from), all.clone());
+                rest.retain(|observation| observation.0 > from);
+                for (step, observation) in rest {
+                    assert_eq!(ahead.take(step - 1), None, "{count}");
+                    assert_eq!(ahead.take(step), Some(observation), "{count}");
+                }
+                assert_eq!(ahead.take(count + observations.every), None);
             }
-            assert_eq!(observations.after(observations.first - 1), None);
-            assert_eq!(observations.after(count + observations.every), None);
         }
     }
 
