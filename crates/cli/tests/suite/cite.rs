@@ -1,7 +1,8 @@
 //! `afterbay cite`: each method of a scene with its sources, and entries that BibTeX reads.
 
+use crate::afterbay;
 use afterbay_methods::registry::{KOBUS, METHODS};
-use assert_cmd::Command;
+use assert_cmd::prelude::OutputAssertExt;
 use biblatex::Bibliography;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -33,8 +34,7 @@ fn cite(scene: &str, arguments: &[&str]) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, scene).expect("a scene");
-    let mut command = Command::cargo_bin("afterbay").expect("the binary is built");
-    let output = command.arg("cite").arg(&path).args(arguments).assert().success();
+    let output = afterbay(&["cite"]).arg(&path).args(arguments).assert().success();
     String::from_utf8(output.get_output().stdout.clone()).expect("text")
 }
 

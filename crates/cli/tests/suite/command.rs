@@ -1,18 +1,14 @@
 //! The command as users see it: its output, its files and its exit codes.
 
+use crate::afterbay;
 use crate::timeless::timeless;
 use assert_cmd::Command;
+use assert_cmd::prelude::OutputAssertExt;
 use predicates::prelude::{PredicateBooleanExt, predicate};
 use predicates::str::contains;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
-
-fn afterbay(arguments: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("afterbay").expect("the binary is built");
-    command.args(arguments);
-    command
-}
 
 fn read(path: &Path) -> String {
     std::fs::read_to_string(path).expect("the file is written")
@@ -210,7 +206,7 @@ fn results_that_cannot_be_written_are_a_failure_of_storage() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/damped-oscillator.toml");
     // The whole paper takes more than a minute, so these must fail before they compute.
     for command in [&["paper"][..], &["run", scene], &["study", scene]] {
-        afterbay(command)
+        Command::from_std(afterbay(command))
             .arg("--out")
             .arg(&occupied)
             .timeout(Duration::from_secs(30))

@@ -1,10 +1,12 @@
 //! `afterbay compare`: two results, their scenes, their rows, and what is refused.
 
-use assert_cmd::Command;
+use crate::afterbay;
+use assert_cmd::prelude::OutputAssertExt;
 use predicates::prelude::{PredicateBooleanExt, predicate};
 use predicates::str::contains;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use tempfile::TempDir;
 
 /// The oscillator with b = B and the methods M.
@@ -98,12 +100,6 @@ impl Results {
     fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.path("compared").join(name)).expect(name)
     }
-}
-
-fn afterbay(arguments: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("afterbay").expect("the binary is built");
-    command.args(arguments);
-    command
 }
 
 /// The part of the JSON that is about one table.
