@@ -152,3 +152,29 @@ fn a_root_at_zero_is_no_singularity() {
     }
     assert!(!Separable::<f64>::is_singular_along(&system, &[-1.0, 0.0], 0, 2.0));
 }
+
+/// The coordinate that meets the singularity is named, not the one that moves furthest.
+#[test]
+fn the_coordinate_that_meets_a_singularity_is_named() {
+    for (potential, named) in [("-1/q1 + 0*q2 + 0*q3", 0), ("0*q1 - 1/q2 + 0*q3", 1)] {
+        let system = custom(potential, "0*c*p", 3, 1.0);
+        let mut run_refused = 0;
+        for row in FIXED {
+            let Some(run) = bind(row, &system) else { continue };
+            let (mut q, mut p) = (vec![0.0; 3], vec![50.0; 3]);
+            (q[named], p[named]) = (1.0, -1.0);
+            let mut state = State::new(q, p).unwrap();
+            let mut show = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+            let outcome = run.run(Grid { h: 0.1, steps: 20 }, &mut state, 1, &mut show);
+            if let Err(IntegrateError::Run(RunError {
+                failure: StepFailure::AcrossSingularity { dof, .. },
+                ..
+            })) = outcome
+            {
+                assert_eq!(dof, named, "{}, {potential}", row.name);
+                run_refused += 1;
+            }
+        }
+        assert!(run_refused > 5, "{run_refused}");
+    }
+}
