@@ -10,7 +10,7 @@ use super::bifurcation::Way;
 use super::dynamics::Dynamics;
 use super::numbered;
 use super::outcome::Ending;
-use super::section::{Section, point, rewind};
+use super::section::{Section, nearest, point, rewind};
 use super::stability::MapError;
 use super::zero::{at_zero, copy};
 use crate::Model;
@@ -57,7 +57,8 @@ pub struct ResonanceRow {
     pub frequency: f64,
     /// `up` or `down`: the order in which frequencies are taken.
     pub branch: Way,
-    /// max |q_j| over the measured periods, one entry for each degree of freedom.
+    /// max |q_j| over the measured periods, one entry for each degree of freedom. An angle is
+    /// counted from the nearest whole turn at the start of each period.
     pub amplitude: Vec<Option<f64>>,
     /// The energy that the drive supplies in a period, the mean of the measured periods. It
     /// includes the energy that V(q, t) pumps.
@@ -165,16 +166,22 @@ impl Resonance {
         grid: Grid<f64>,
         state: &mut State<Vec<f64>>,
     ) -> Result<Steady, IntegrateError> {
-        let dof = model.degrees();
+        let (dof, angles) = (model.degrees(), model.periods());
+        let begin_anew = |state: &mut State<Vec<f64>>| {
+            rewind(&mut state.q, &mut state.t, dof);
+            for (q, period) in state.q[..dof].iter_mut().zip(&angles) {
+                *q = period.map_or(*q, |period| nearest(*q, period));
+            }
+        };
         for _ in 0..self.transient {
             run.run(grid, state, grid.steps, &mut |_, _| ControlFlow::Continue(()))?;
-            rewind(&mut state.q, &mut state.t, dof);
+            begin_anew(state);
         }
         // The accounts begin anew, so that what a period adds is not rounded to their sum.
         state.p[dof..].fill(0.0);
         state.w.fill(0.0);
         let system = model.system::<f64>()?;
-        let start = point(&model.periods(), dof, state.state_ref());
+        let start = point(&angles, dof, state.state_ref());
         let mut amplitude: Vec<f64> = state.q[..dof].iter().map(|q| q.abs()).collect();
         for _ in 0..self.periods {
             let mut turns = Turns::new(&*system, state, dof);
@@ -184,12 +191,12 @@ impl Resonance {
                 }
                 ControlFlow::Continue(())
             })?;
-            rewind(&mut state.q, &mut state.t, dof);
+            begin_anew(state);
         }
         let Accounts { w, s, pumped } = accounts(state.state_ref(), &model.motors());
         let gained: Vec<f64> = s.into_iter().chain(pumped).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / self.periods as f64;
-        let end = point(&model.periods(), dof, state.state_ref());
+        let end = point(&angles, dof, state.state_ref());
         let off = start.iter().flatten().zip(end.iter().flatten()).map(|(a, b)| (a - b).abs());
         let size = start.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
         let returned = off.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE);

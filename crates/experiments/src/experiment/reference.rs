@@ -7,12 +7,15 @@ use afterbay_methods::registry::{REFERENCE, Row};
 /// The label of the reference.
 pub(super) const EXACT: &str = REFERENCE.name;
 
-/// The label of a method and its step, of which it has four digits: what is found belongs to it.
+/// The label of a method and its step, which has four digits: what is found belongs to it.
 pub(super) fn label(row: &Row, h: f64) -> String {
     match row.name {
         EXACT => EXACT.into(),
-        name if h >= 0.05 => format!("{name}, h = {h:.4}"),
-        name => format!("{name}, h = {h:.3e}"),
+        name if h < 1e-3 => format!("{name}, h = {h:.3e}"),
+        name => {
+            let zeros = (-h.log10()).ceil().max(1.0);
+            format!("{name}, h = {h:.*}", zeros as usize + 3)
+        }
     }
 }
 
@@ -62,7 +65,7 @@ mod tests {
     fn steps_of_different_labels_are_told_apart_however_short_they_are() {
         let rk4 = find("rk4").expect("a method");
         let labels = [1e-5, 4e-5, 2e-3, 0.0123, 0.0124, 0.1].map(|h| label(rk4, h));
-        let ends = ["1.000e-5", "4.000e-5", "2.000e-3", "1.230e-2", "1.240e-2", "0.1000"];
+        let ends = ["1.000e-5", "4.000e-5", "0.002000", "0.01230", "0.01240", "0.1000"];
         assert_eq!(labels, ends.map(|end| format!("rk4, h = {end}")));
     }
 }

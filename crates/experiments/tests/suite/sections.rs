@@ -236,6 +236,30 @@ fn a_section_that_is_never_met_is_named() {
     assert!(failure.contains("not met within 1000000 steps after t = 0"), "{failure}");
 }
 
+/// The amplitude of an angle that turns does not grow with the time it has turned, nor does that of
+/// a well depend on the number of turns before.
+#[test]
+fn the_amplitude_of_an_angle_that_turns_does_not_depend_on_its_turns() {
+    let system = "name = \"custom\"\npotential = \"-cos(q1)\"\ndissipation = [\"0.2*v1\"]";
+    let drive = "[drive]\nforce = [\"0.5 + cos(omega*t)\"]\nparameters = { omega = 1.0 }";
+    let study = |transient| Resonance {
+        problem: problem(system, drive, [0.0, 1.0]),
+        parameter: "omega".into(),
+        spacing: Spacing::Linear,
+        values: vec![1.0, 1.2],
+        transient,
+        periods: 4,
+    };
+    let rows = |transient| study(transient).run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
+    let (short, long) = (rows(100), rows(700));
+    for (short, long) in short.iter().zip(&long) {
+        let [a, b] = [short, long].map(|row| row.amplitude[0].unwrap());
+        assert_eq!((short.outcome, long.outcome), ("completed", "completed"));
+        assert!((a - b).abs() < 1e-8 * b && b < 16.0, "{a} {b}");
+    }
+    assert!(long.iter().any(|row| row.amplitude[0].unwrap() > 2.0 * std::f64::consts::PI));
+}
+
 #[test]
 fn the_resonance_of_a_linear_oscillator_is_that_in_closed_form() {
     let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.3 }";
