@@ -125,6 +125,11 @@ where
             run.statistics.effort +=
                 match method.between(system, h, &before, &mut run.workspace, &mut shown) {
                     Ok(effort) => effort,
+                    // Within so short a step across a break its end is as accurate.
+                    Err(_) if is_uncontrolled(state.t - before.t, state.t) => {
+                        shown.copy(state);
+                        Effort::default()
+                    }
                     // A state that cannot be computed within one step is reached by separate steps.
                     Err(_) => run.apart(&before, time, &mut shown)?,
                 };
@@ -136,6 +141,11 @@ where
         }
     }
     Ok(run.statistics)
+}
+
+/// Whether a step h at the time t is so short that its estimated error is rounding.
+fn is_uncontrolled<T: Scalar>(h: T, t: T) -> bool {
+    h.to_f64() <= LARGEST_UNCONTROLLED * t.to_f64().abs()
 }
 
 /// A run with its step size and statistics.
@@ -233,8 +243,8 @@ where
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
             }
             let wanted = self.controller;
-            let size = state.t.to_f64().abs().max(wanted.h);
-            let crosses = at_break && h.to_f64() <= LARGEST_UNCONTROLLED * size;
+            let crosses = at_break
+                && (is_uncontrolled(h, state.t) || h.to_f64() <= LARGEST_UNCONTROLLED * wanted.h);
             let outcome = self.method.attempt(self.system, h, state, &mut self.workspace);
             match outcome.and_then(|attempt| self.refuse_across(attempt, state)) {
                 Err(failure) => {

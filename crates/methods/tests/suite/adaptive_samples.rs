@@ -5,10 +5,14 @@ use crate::catalog::{As, Built, chain, duffing, pendulum};
 use crate::many::{errors, exact_end, start};
 use crate::slope::slope;
 use afterbay_core::taylor::trajectory;
-use afterbay_core::{Adaptive, Quad, Scalar, State, Tolerance};
+use afterbay_core::{Adaptive, Driven, Quad, Scalar, State, Tolerance, sample_within, with_motors};
 use afterbay_methods::registry::{ADAPTIVE, Setting};
-use afterbay_methods::{AdaptiveCollocation, AdaptiveDop853, AdaptiveVerner87, AdaptiveVerner98};
+use afterbay_methods::{
+    AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
+};
+use afterbay_systems::{Custom, CustomDrive, Description, DissipationText, DriveDescription};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 fn far<T: Scalar>(a: &[T], b: &[T]) -> f64 {
     a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().abs()).fold(0.0, f64::max)
@@ -158,4 +162,39 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
     orders("chain", &AdaptiveVerner87, chain, &many, explicit);
     let nine = Steps { order: 9, grows: 9, span: 1e-18, ..explicit };
     orders("pendulum", &AdaptiveVerner98, pendulum, &most, nine);
+}
+
+/// A sample at a jump of the force lies within the step across it, of some roundings of the time.
+#[test]
+fn samples_at_a_jump_of_the_force_are_found() {
+    fn sampled<M: Adaptive<Vec<f64>, Driven<Custom<f64>, CustomDrive<f64>>>>(method: &M) {
+        let description = Description {
+            potential: "q1^2/2 + q1^4/4".into(),
+            dissipation: DissipationText::Forces(vec!["0.1*v1".into()]),
+            ..Default::default()
+        };
+        let custom = Custom::new(&description).unwrap();
+        let forces = vec!["(sign(t - 2) - sign(t - 2.0001))*1e4".into()];
+        let forces = DriveDescription { forces, ..Default::default() };
+        let (drive, _) = CustomDrive::new(&forces, 1).unwrap();
+        let system = Driven::new(Arc::new(custom), Arc::new(drive)).unwrap();
+        let mut state = with_motors(&State::new(vec![0.5], vec![0.2]).unwrap(), 1);
+        let (times, before) = ([1.0, 2.0, 2.0001, 3.0], state.total(&system));
+        let mut seen = Vec::new();
+        let mut see = |_: u64, at: &State<Vec<f64>>| {
+            let total = at.total(&system);
+            assert!((total - before).abs() < 1e-12 * 4.0, "{}: {total}", at.t);
+            seen.push((at.t, at.p[0]));
+            ControlFlow::Continue(())
+        };
+        let tolerance = Tolerance::all(1e-10);
+        sample_within(method, &system, &tolerance, &times, &mut state, &mut see).unwrap();
+        assert_eq!(seen.iter().map(|state| state.0).collect::<Vec<_>>(), times);
+        // The pulse adds 2e4 × 1e-4 to the momentum.
+        assert!((seen[2].1 - seen[1].1 - 2.0).abs() < 1e-3, "{seen:?}");
+    }
+    sampled(&AdaptiveDop853);
+    sampled(&AdaptiveVerner87);
+    sampled(&AdaptiveVerner98);
+    sampled(&AdaptiveRadau);
 }
