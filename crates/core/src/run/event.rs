@@ -15,6 +15,9 @@ const MOST_HALVES: i32 = 40;
 /// The largest value of a function at its zero, in roundings of its values at the ends of the step.
 /// A choice.
 const NOISE_ROUNDINGS: f64 = 64.0;
+/// Events whose shares of a step differ by at most this much, relative to them, are at one time and
+/// happen in the order of the list. Some roundings.
+const SAME_TIME: f64 = 8.0 * f64::EPSILON;
 
 /// The direction in which a function crosses zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,8 +88,8 @@ pub type TakeStep<'a> =
 /// order of the list. w is rounded at every step: it is not summed in blocks, as it is without
 /// events.
 ///
-/// A function that crosses zero twice within one step shows no event there, unless an event of
-/// another function falls between the two. A pole is no event.
+/// A function that crosses zero twice within one step shows no event there, unless it is beyond
+/// zero at an event of another function. A pole is no event.
 ///
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`StepFailure::EventsAccumulate`] where more than
@@ -162,7 +165,7 @@ pub fn integrate_with_events(
 fn settle(
     sides: &mut [Side],
     events: &[Event<'_>],
-    Found { event: happened, there, poles, .. }: &Found,
+    Found { event: happened, there, poles, due, .. }: &Found,
     [after, next]: [&State<Vec<f64>>; 2],
 ) {
     for (i, (side, event)) in sides.iter_mut().zip(events).enumerate() {
@@ -174,7 +177,10 @@ fn settle(
             let scale = event.value(next).abs();
             // At a wall a motion that an event does not change is at rest, and not beyond it.
             side.happen(was, scale, event.is_wall || after != there);
-        } else if poles.contains(&i) {
+        } else if side.at_zero.is_some() && due.contains(&i) {
+            // It has been on its side since, and is at zero again.
+            *side = Side { at_zero: None, turned: false, ..*side };
+        } else if poles.contains(&i) || side.at_zero.is_some_and(|noise| was.abs() > noise) {
             side.leave(was);
         }
     }
@@ -232,8 +238,16 @@ struct Found {
     /// The share of the step before it, and the state there.
     share: f64,
     there: State<Vec<f64>>,
-    /// The functions that pass a pole on the way.
+    /// The functions that pass a pole on the way, and those that reach zero at the same time, to
+    /// rounding.
     poles: Vec<usize>,
+    due: Vec<usize>,
+}
+
+impl Found {
+    fn at(event: usize, share: f64, there: State<Vec<f64>>) -> Self {
+        Self { event, share, there, poles: Vec::new(), due: Vec::new() }
+    }
 }
 
 /// The place in a step at which a function reaches zero.
@@ -260,7 +274,7 @@ fn first_event(
     [state, next]: [&State<Vec<f64>>; 2],
     within: Within<'_>,
 ) -> Result<FirstEvent, IntegrateError> {
-    let mut first: Option<Found> = None;
+    let (mut first, mut located): (Option<Found>, _) = (None, Vec::new());
     loop {
         let (end, whole) = first.as_ref().map_or((next, 1.0), |first| (&first.there, first.share));
         let (mut sooner, mut poles): (Option<Found>, _) = (None, Vec::new());
@@ -273,8 +287,7 @@ fn first_event(
             let (from, before) = match approach(event, *side, now, after, &mut part) {
                 Approach::After(from, before) => (from, before),
                 Approach::Now => {
-                    let (there, poles) = (state.clone(), Vec::new());
-                    return Ok(FirstEvent::Event(Found { event: i, share: 0.0, there, poles }));
+                    return Ok(FirstEvent::Event(Found::at(i, 0.0, state.clone())));
                 }
                 Approach::AtOnce => return Ok(FirstEvent::AtOnce),
                 Approach::None => continue,
@@ -293,16 +306,19 @@ fn first_event(
                 continue;
             }
             let share = whole * (from + share * (1.0 - from));
+            located.push((i, share));
             let ahead = sooner.as_ref().or(first.as_ref());
-            if ahead.is_none_or(|ahead| share < ahead.share) {
-                sooner = Some(Found { event: i, share, there, poles: Vec::new() });
+            if ahead.is_none_or(|ahead| share < ahead.share * (1.0 - SAME_TIME)) {
+                sooner = Some(Found::at(i, share, there));
             }
         }
         match sooner {
             Some(sooner) => first = Some(sooner),
             None => {
-                let found = first.map(|first| FirstEvent::Event(Found { poles, ..first }));
-                return Ok(found.unwrap_or(FirstEvent::None));
+                let Some(first) = first else { return Ok(FirstEvent::None) };
+                let same = |(_, share): &(usize, f64)| *share <= first.share * (1.0 + SAME_TIME);
+                let due = located.iter().filter(|at| same(at)).map(|at| at.0).collect();
+                return Ok(FirstEvent::Event(Found { poles, due, ..first }));
             }
         }
     }
