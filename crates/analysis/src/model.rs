@@ -236,11 +236,14 @@ impl Model {
     }
 }
 
-/// The longer of two periods, if it is a multiple of the other.
+/// The shortest multiple of the longer of two periods that is one of the other too, up to twelve
+/// times it.
 fn common_period(a: f64, b: f64) -> Option<f64> {
     /// The largest deviation of the ratio from a whole number. It covers periods given with ten
     /// digits.
     const WHOLE_RATIO_TOLERANCE: f64 = 1e-9;
-    let (long, ratio) = (a.max(b), a.max(b) / a.min(b));
-    ((ratio - ratio.round()).abs() <= WHOLE_RATIO_TOLERANCE * ratio).then_some(long)
+    (1..=12).map(|times| f64::from(times) * a.max(b)).find(|long| {
+        let ratio = long / a.min(b);
+        (ratio - ratio.round()).abs() <= WHOLE_RATIO_TOLERANCE * ratio
+    })
 }

@@ -31,9 +31,9 @@ pub(crate) enum Trouble {
          has the hash {hash})"
     ))]
     Taken { folder: PathBuf, hash: String },
-    #[error("{} holds the results of a scene", folder.display())]
+    #[error("{} holds results of `afterbay {command}`", folder.display())]
     #[diagnostic(help("give another folder with --out DIR"))]
-    OfAScene { folder: PathBuf },
+    OfAnother { folder: PathBuf, command: String },
     #[error("the file {} exists", path.display())]
     #[diagnostic(help(
         "give another file with --write FILE.toml, or overwrite this one with --force"
@@ -137,8 +137,8 @@ impl Failure {
         Self::new(Trouble::Taken { folder: folder.into(), hash }, STORAGE)
     }
 
-    pub(crate) fn of_a_scene(folder: &Path) -> Self {
-        Self::new(Trouble::OfAScene { folder: folder.into() }, STORAGE)
+    pub(crate) fn of_another(folder: &Path, command: String) -> Self {
+        Self::new(Trouble::OfAnother { folder: folder.into(), command }, STORAGE)
     }
 
     pub(crate) fn exists(path: &Path) -> Self {

@@ -17,8 +17,8 @@ pub(crate) fn run(
     format: Format,
 ) -> Result<ExitCode, Failure> {
     // Fails now rather than after everything is computed.
-    if Held::read(out).is_some_and(|held| held.command != "paper") {
-        return Err(Failure::of_a_scene(out));
+    if let Some(held) = Held::read(out).filter(|held| held.command != "paper") {
+        return Err(Failure::of_another(out, held.command));
     }
     record::prepare(out).map_err(Failure::storage)?;
     interrupt::listen();

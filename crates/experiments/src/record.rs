@@ -212,7 +212,7 @@ pub struct Output {
 ///
 /// # Errors
 /// [`StorageError::File`] with the folder or file that cannot be written, and
-/// [`StorageError::Foreign`] with a file that is not by afterbay.
+/// [`StorageError::Foreign`] with a file of results without a record of afterbay.
 pub fn prepare(folder: &Path) -> Result<(), StorageError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
@@ -314,8 +314,11 @@ pub enum StorageError {
         /// Why.
         source: std::io::Error,
     },
-    /// A file that is not by afterbay has the name of a result.
-    #[error("{} is not by afterbay, and is not overwritten: move it", path.display())]
+    /// A file has the name of a result, and there is no record of afterbay beside it.
+    #[error(
+        "{} is not overwritten, as there is no run.json of afterbay beside it: move it",
+        path.display()
+    )]
     Foreign {
         /// The file.
         path: PathBuf,

@@ -118,8 +118,9 @@ impl Graph {
         self.product(b, fraction)
     }
 
-    /// The larger of two numbers, exactly. With d = b - a it is a (1 - sign d)/2 + b (1 + sign d)/2,
-    /// in which the smaller one does not enter, however large it is; and (d + |d|)/2 if a is 0.
+    /// The larger of two finite numbers, exactly. With d = b - a it is a (1 - sign d)/2 + b (1 +
+    /// sign d)/2, in which the smaller one has the factor 0; and (d + |d|)/2 if a is 0. A number
+    /// near or beyond overflow makes it, or its divided difference, NaN.
     pub fn max(&mut self, a: Node, b: Node) -> Node {
         let (a, b) = if self.is_zero(b) { (b, a) } else { (a, b) };
         let (d, half) = (self.difference(b, a), self.number(0.5));

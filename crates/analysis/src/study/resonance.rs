@@ -57,8 +57,8 @@ pub struct ResonanceRow {
     pub frequency: f64,
     /// `up` or `down`: the order in which frequencies are taken.
     pub branch: Way,
-    /// max |q_j| over the measured periods, one entry for each degree of freedom. An angle is
-    /// counted from the nearest whole turn at the start of each period.
+    /// max |q_j| over the measured periods, one entry for each degree of freedom. Whole
+    /// turns of an angle in the periods before are left out.
     pub amplitude: Vec<Option<f64>>,
     /// The energy that the drive supplies in a period, the mean of the measured periods. It
     /// includes the energy that V(q, t) pumps.
@@ -167,15 +167,17 @@ impl Resonance {
         state: &mut State<Vec<f64>>,
     ) -> Result<Steady, IntegrateError> {
         let (dof, angles) = (model.degrees(), model.periods());
-        let begin_anew = |state: &mut State<Vec<f64>>| {
+        // A period begins where the last one ended, less the whole turns of angles.
+        let begin_anew = |state: &mut State<Vec<f64>>, from: &[f64]| {
             rewind(&mut state.q, &mut state.t, dof);
-            for (q, period) in state.q[..dof].iter_mut().zip(&angles) {
-                *q = period.map_or(*q, |period| nearest(*q, period));
+            for ((q, from), period) in state.q[..dof].iter_mut().zip(from).zip(&angles) {
+                *q = period.map_or(*q, |period| from + nearest(*q - from, period));
             }
         };
         for _ in 0..self.transient {
+            let from = state.q[..dof].to_vec();
             run.run(grid, state, grid.steps, &mut |_, _| ControlFlow::Continue(()))?;
-            begin_anew(state);
+            begin_anew(state, &from);
         }
         // The accounts begin anew, so that what a period adds is not rounded to their sum.
         state.p[dof..].fill(0.0);
@@ -184,6 +186,7 @@ impl Resonance {
         let start = point(&angles, dof, state.state_ref());
         let mut amplitude: Vec<f64> = state.q[..dof].iter().map(|q| q.abs()).collect();
         for _ in 0..self.periods {
+            let from = state.q[..dof].to_vec();
             let mut turns = Turns::new(&*system, state, dof);
             run.run(grid, state, 1, &mut |step, now| {
                 if step > 0 {
@@ -191,7 +194,7 @@ impl Resonance {
                 }
                 ControlFlow::Continue(())
             })?;
-            begin_anew(state);
+            begin_anew(state, &from);
         }
         let Accounts { w, s, pumped } = accounts(state.state_ref(), &model.motors());
         let gained: Vec<f64> = s.into_iter().chain(pumped).collect();

@@ -171,14 +171,14 @@ fn results_go_nowhere_they_do_not_belong_and_that_ends_with_5() {
 
     let (code, stdout, stderr) = done(afterbay(&["paper", "--quick", "--out"]).arg(&out));
     assert_eq!((code, stdout.as_str()), (Some(5), ""));
-    assert!(stderr.contains("holds the results of a scene"), "{stderr}");
+    assert!(stderr.contains("holds results of `afterbay run`"), "{stderr}");
 
     let report = folder.path().join("report.html");
     std::fs::write(&report, "of something else").expect("written");
     let mut command = afterbay(&["run", "--force", "--out"]);
     let (code, _, stderr) = done(command.arg(folder.path()).arg(&scene));
     assert_eq!(code, Some(5), "{stderr}");
-    assert!(stderr.contains("report.html is not by afterbay"), "{stderr}");
+    assert!(stderr.contains("report.html is not overwritten"), "{stderr}");
     assert_eq!(std::fs::read_to_string(&report).expect("still there"), "of something else");
 }
 

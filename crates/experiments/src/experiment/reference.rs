@@ -7,7 +7,7 @@ use afterbay_methods::registry::{REFERENCE, Row};
 /// The label of the reference.
 pub(super) const EXACT: &str = REFERENCE.name;
 
-/// The label of a method and its step, which has four digits: what is found belongs to it.
+/// The label of a method and its step, which has at least four digits: what is found belongs to the label.
 pub(super) fn label(row: &Row, h: f64) -> String {
     match row.name {
         EXACT => EXACT.into(),
@@ -62,7 +62,7 @@ mod tests {
     use afterbay_methods::registry::find;
 
     #[test]
-    fn steps_of_different_labels_are_told_apart_however_short_they_are() {
+    fn a_step_has_four_digits_however_short_it_is() {
         let rk4 = find("rk4").expect("a method");
         let labels = [1e-5, 4e-5, 2e-3, 0.0123, 0.0124, 0.1].map(|h| label(rk4, h));
         let ends = ["1.000e-5", "4.000e-5", "0.002000", "0.01230", "0.01240", "0.1000"];

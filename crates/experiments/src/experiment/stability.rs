@@ -136,7 +136,7 @@ fn what_breaks_first(r: &Readings) -> Said {
         };
         match unjudged {
             0.0 => judged,
-            _ => format!("{judged}, {unjudged} of {cells} cells are not judged"),
+            _ => format!("{judged}, in the {} of {cells} cells that are judged", cells - unjudged),
         }
     };
     (Holds::Note, r.each("first failure", one))
@@ -188,8 +188,8 @@ mod tests {
         };
         assert_eq!(says(0, None), "rk4: nothing fails.");
         assert_eq!(says(12, None), "rk4: no cell is judged.");
-        assert_eq!(says(3, None), "rk4: nothing fails, 3 of 12 cells are not judged.");
+        assert_eq!(says(3, None), "rk4: nothing fails, in the 9 of 12 cells that are judged.");
         let wrong = says(3, Some(Verdict::Wrong));
-        assert!(wrong.contains("(1 of 4 values of c), 3 of 12 cells are not judged"), "{wrong}");
+        assert!(wrong.contains("(1 of 4 values of c), in the 9 of 12 cells"), "{wrong}");
     }
 }

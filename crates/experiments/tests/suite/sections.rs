@@ -236,8 +236,7 @@ fn a_section_that_is_never_met_is_named() {
     assert!(failure.contains("not met within 1000000 steps after t = 0"), "{failure}");
 }
 
-/// The amplitude of an angle that turns does not grow with the time it has turned, nor does that of
-/// a well depend on the number of turns before.
+/// The amplitude of an angle that turns does not grow with the time it has turned.
 #[test]
 fn the_amplitude_of_an_angle_that_turns_does_not_depend_on_its_turns() {
     let system = "name = \"custom\"\npotential = \"-cos(q1)\"\ndissipation = [\"0.2*v1\"]";
@@ -258,6 +257,30 @@ fn the_amplitude_of_an_angle_that_turns_does_not_depend_on_its_turns() {
         assert!((a - b).abs() < 1e-8 * b && b < 16.0, "{a} {b}");
     }
     assert!(long.iter().any(|row| row.amplitude[0].unwrap() > 2.0 * std::f64::consts::PI));
+}
+
+/// An angle that swings about half a turn has the amplitude of the same motion about 0, shifted.
+#[test]
+fn an_angle_that_swings_about_half_a_turn_stays_there() {
+    let study = |potential: &str, q: f64| {
+        let system =
+            format!("name = \"custom\"\npotential = \"{potential}\"\ndissipation = [\"0.2*v1\"]");
+        let drive = "[drive]\nforce = [\"0.2*cos(omega*t) + 0.15\"]\nparameters = { omega = 1.0 }";
+        let study = Resonance {
+            problem: problem(&system, drive, [q, 0.0]),
+            parameter: "omega".into(),
+            spacing: Spacing::Linear,
+            values: vec![0.8, 1.2, 1.5],
+            transient: 150,
+            periods: 4,
+        };
+        study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap()
+    };
+    let (about_zero, about_pi) = (study("-cos(q1)", 0.2), study("cos(q1)", 3.3));
+    for (zero, pi) in about_zero.iter().zip(&about_pi) {
+        let [zero, pi] = [zero, pi].map(|row| row.amplitude[0].unwrap());
+        assert!((pi - zero - std::f64::consts::PI).abs() < 1e-6, "{zero} {pi}");
+    }
 }
 
 #[test]

@@ -132,8 +132,10 @@ impl Reader<'_, '_> {
 
     /// Whether the name is that of a velocity here.
     fn is_velocity(&self, name: &str) -> bool {
-        let digits = digits(name, &['v']);
-        self.names.velocities.is_ok() && digits.is_some_and(|digits| !digits.starts_with('0'))
+        let index = digits(name, &['v']).filter(|digits| !digits.starts_with('0'));
+        let index = index.and_then(|digits| digits.parse::<usize>().ok());
+        self.names.velocities.is_ok()
+            && index.is_some_and(|index| self.names.dof.is_none_or(|dof| index <= dof))
     }
 
     /// The value of another expression, of `i` or `n`, or a velocity.
