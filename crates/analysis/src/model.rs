@@ -247,3 +247,17 @@ fn common_period(a: f64, b: f64) -> Option<f64> {
         (ratio - ratio.round()).abs() <= WHOLE_RATIO_TOLERANCE * ratio
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::common_period;
+
+    #[test]
+    fn a_common_period_is_a_multiple_of_both() {
+        assert_eq!(common_period(3.0, 1.0), Some(3.0));
+        assert_eq!(common_period(1.0, 1.5), Some(3.0));
+        assert_eq!(common_period(2.0 / 3.0, 1.0), Some(2.0));
+        assert_eq!(common_period(1.0, 2.0_f64.sqrt()), None);
+        assert_eq!(common_period(1.0, 1.0 + 1.0 / 29.0), None);
+    }
+}

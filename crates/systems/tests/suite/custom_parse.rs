@@ -354,3 +354,24 @@ proptest! {
         }
     }
 }
+
+/// A parameter may have the name of a velocity only where it is none.
+#[test]
+fn a_parameter_with_the_name_of_a_velocity_is_refused_where_both_are_meant() {
+    let with = |potential: &str, force: &str, name: &str| {
+        Custom::new(&Description {
+            potential: potential.into(),
+            dissipation: DissipationText::Forces(vec![force.into()]),
+            parameters: vec![(name.into(), 2.0)],
+            ..Default::default()
+        })
+    };
+    let CustomError::Expression { problem, .. } = with("q1^2", "0.3*v1", "v1").unwrap_err() else {
+        panic!("it is an expression")
+    };
+    assert_eq!(problem, Problem::Ambiguous { name: "v1".into() });
+    // In V there are no velocities, v0 is none, and there is no v5 here.
+    assert!(with("v1*q1^2", "p1", "v1").is_ok());
+    assert!(with("q1^2", "v0*p1", "v0").is_ok());
+    assert!(with("q1^2", "v5*p1", "v5").is_ok());
+}
