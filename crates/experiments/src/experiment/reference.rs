@@ -7,7 +7,8 @@ use afterbay_methods::registry::{REFERENCE, Row};
 /// The label of the reference.
 pub(super) const EXACT: &str = REFERENCE.name;
 
-/// The label of a method and its step, which has at least four digits: what is found belongs to the label.
+/// The label of a method and its step, which has at least four digits: what is found belongs to
+/// the label.
 pub(super) fn label(row: &Row, h: f64) -> String {
     match row.name {
         EXACT => EXACT.into(),

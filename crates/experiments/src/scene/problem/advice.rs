@@ -70,9 +70,9 @@ impl SceneProblem {
             Self::NoCount => "write q = { count = 8, value = .. } in [initial], or a list",
             Self::NoPeriod => {
                 "t shows a period where it occurs only in sines and cosines whose frequencies are \
-                 multiples of one, the lowest at most 12 times it; that of forces may be given, as period = \"2*pi/omega\" in \
-                 [drive]. Or take a section such as section = { of = \"q1\", direction = \
-                 \"rising\" }"
+                 multiples of one, the lowest at most 12 times it; that of forces may be given, as \
+                 period = \"2*pi/omega\" in [drive]. Or take a section such as section = { of = \
+                 \"q1\", direction = \"rising\" }"
             }
             Self::TwoAxes => {
                 "write grid = { q1 = { from = -2, to = 2, count = 100 }, \
