@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 /// Free fall: exact steps, so that all errors are those of the events. Steps below the rounding of
 /// t are refused, as those of a method are.
-fn fall(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
+pub(crate) fn fall(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
     let end = state.t + h;
     if end + h == end {
         return Err(InputError::TimeStalled { t: end, h }.into());
@@ -136,17 +136,17 @@ fn drift(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> 
     Ok(Effort::default())
 }
 
-type Function = fn(StateRef<'_, f64>) -> f64;
-type Watched = (Function, Direction, Option<usize>);
-type Found = (Result<Effort, IntegrateError>, Vec<(usize, f64)>, State<Vec<f64>>);
+pub(crate) type Function = fn(StateRef<'_, f64>) -> f64;
+pub(crate) type Watched = (Function, Direction, Option<usize>);
+pub(crate) type Found = (Result<Effort, IntegrateError>, Vec<(usize, f64)>, State<Vec<f64>>);
 
 /// Free motion with events; those that bounce reverse the momentum of the coordinate they name.
-fn free(start: [&[f64]; 2], grid: (f64, u64), events: &[Watched]) -> Found {
+pub(crate) fn free(start: [&[f64]; 2], grid: (f64, u64), events: &[Watched]) -> Found {
     watch(&mut drift, start, grid, events)
 }
 
 /// A motion with events.
-fn watch(
+pub(crate) fn watch(
     step: TakeStep<'_>,
     [q, p]: [&[f64]; 2],
     (h, steps): (f64, u64),
@@ -176,17 +176,17 @@ fn watch(
     (outcome, found, state)
 }
 
-fn first(state: StateRef<'_, f64>) -> f64 {
+pub(crate) fn first(state: StateRef<'_, f64>) -> f64 {
     state.q[0]
 }
 
-fn second(state: StateRef<'_, f64>) -> f64 {
+pub(crate) fn second(state: StateRef<'_, f64>) -> f64 {
     state.q[1]
 }
 
 /// Steps that divide the time of the zero, steps that do not, and steps that end a rounding from
 /// it.
-const STEPS: [(f64, u64); 7] = [
+pub(crate) const STEPS: [(f64, u64); 7] = [
     (0.25, 20),
     (0.1, 50),
     (1.0 / 3.0, 15),
@@ -312,111 +312,5 @@ fn a_pole_is_no_zero() {
             free([&[2.0], &[-1.0]], (h, steps), &[(inverse, Direction::Both, None)]);
         outcome.expect("it runs");
         assert!(found.is_empty(), "{h}: {found:?}");
-    }
-}
-
-/// A ball that rises above 0.455 at t = 0.7 and falls below it at 1.3 in one step, with an event of
-/// the time between the two.
-#[test]
-fn a_function_that_is_beyond_zero_at_another_event_crossed_it_before() {
-    let ceiling: Function = |state| state.q[0] - 0.455;
-    let time: Function = |state| state.t - 0.9;
-    for (h, steps) in [(1.5, 2), (1.4, 1), (0.7, 2), (0.1, 20)] {
-        let seen = |both: [Watched; 2]| {
-            let (outcome, mut found, state) = watch(&mut fall, [&[0.0], &[1.0]], (h, steps), &both);
-            outcome.expect("it runs");
-            found.retain(|event| event.1 < 1.1);
-            (found, state)
-        };
-        let ceiling = (ceiling, Direction::Rising, None);
-        let time = (time, Direction::Rising, None);
-        for (order, [i, j]) in [([ceiling, time], [0, 1]), ([time, ceiling], [1, 0])] {
-            let (found, _) = seen(order);
-            assert_eq!(found.iter().map(|event| event.0).collect::<Vec<_>>(), [i, j], "{h}");
-            assert!((found[0].1 - 0.7).abs() < 1e-14, "{h}: {found:?}");
-            assert!((found[1].1 - 0.9).abs() < 1e-15, "{h}: {found:?}");
-        }
-        // It bounces at the ceiling, with p = 0.3 there.
-        let (found, state) = seen([(ceiling.0, Direction::Rising, Some(0)), time]);
-        assert!((found[0].1 - 0.7).abs() < 1e-14, "{h}: {found:?}");
-        let late = state.t - 0.7;
-        let height = 0.455 - 0.3 * late - 0.5 * late * late;
-        assert!((state.q[0] - height).abs() < 1e-13, "{h}: {state:?}");
-    }
-}
-
-#[test]
-fn a_pole_at_another_event_or_at_the_start_is_no_zero() {
-    for (h, steps) in STEPS {
-        let zero: Function = |state| state.q[0] - 0.9;
-        let pole: Function = |state| 1.0 / (state.q[0] - 0.9);
-        let [zero, pole] = [zero, pole].map(|function| (function, Direction::Both, None));
-        for (events, i) in [([zero, pole], 0), ([pole, zero], 1)] {
-            let (outcome, found, _) = free([&[2.0], &[-1.0]], (h, steps), &events);
-            outcome.expect("it runs");
-            assert!(
-                matches!(found[..], [(j, t)] if j == i && (t - 1.1).abs() < 1e-14),
-                "{h}: {found:?}"
-            );
-        }
-        let infinite: Function = |state| state.q[0] / state.q[1];
-        let events = [(infinite, Direction::Both, None)];
-        let (outcome, found, _) = free([&[1.0, 0.0], &[0.0, -1.0]], (h, steps), &events);
-        outcome.expect("it runs");
-        assert!(found.is_empty(), "{h}: {found:?}");
-        let falls: Function = |state| 1.0 / state.q[0] - 3.0;
-        let (outcome, found, _) =
-            free([&[0.0], &[1.0]], (h, steps), &[(falls, Direction::Falling, None)]);
-        outcome.expect("it runs");
-        assert!(matches!(found[..], [(0, t)] if (t - 1.0 / 3.0).abs() < 1e-15), "{h}: {found:?}");
-    }
-}
-
-/// Two balls bounce at the same times, twice in a step, in the order of the list.
-#[test]
-fn balls_that_bounce_together_bounce_again_within_the_step() {
-    fn fall_both(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
-        let end = state.t + h;
-        if end + h == end {
-            return Err(InputError::TimeStalled { t: end, h }.into());
-        }
-        for j in 0..2 {
-            state.q[j] += h * (state.p[j] - 0.5 * h);
-            state.p[j] -= h;
-        }
-        Ok(Effort::default())
-    }
-    let floors =
-        [(first as Function, Direction::Falling, Some(0)), (second, Direction::Falling, Some(1))];
-    for (h, steps) in [(4.0, 2), (8.0, 1), (0.5, 16), (0.3, 26)] {
-        let (outcome, found, state) =
-            watch(&mut fall_both, [&[0.5, 0.5], &[0.0, 0.0]], (h, steps), &floors);
-        outcome.expect("it runs");
-        let order: Vec<usize> = found.iter().map(|event| event.0).collect();
-        assert_eq!(order, [0, 1, 0, 1, 0, 1, 0, 1], "{h}: {found:?}");
-        for (k, (_, t)) in found.iter().enumerate() {
-            assert!((t - (1 + 2 * (k / 2)) as f64).abs() < 1e-12, "{h}: {found:?}");
-        }
-        assert!(state.q.iter().all(|&q| q > -1e-12), "{h}: {state:?}");
-    }
-}
-
-/// After an event of its own a function is on the side that it has at the next event of another.
-#[test]
-fn a_function_that_has_left_zero_is_followed_from_event_to_event() {
-    let wave: Function = |state| (state.t - 0.5).sin();
-    let time: Function = |state| state.t - 5.0;
-    for (h, steps) in [(8.0, 1), (3.0, 3), (0.1, 80)] {
-        let watched = [(wave, Direction::Rising, None), (time, Direction::Rising, None)];
-        let (outcome, found, _) = free([&[1.0], &[1.0]], (h, steps), &watched);
-        outcome.expect("it runs");
-        let expected = [(0, 0.5), (1, 5.0), (0, 0.5 + std::f64::consts::TAU)];
-        assert_eq!(found.len(), 3, "{h}: {found:?}");
-        for (found, expected) in found.iter().zip(expected) {
-            assert!(
-                found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-13,
-                "{h}: {found:?}"
-            );
-        }
     }
 }

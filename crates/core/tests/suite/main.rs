@@ -6,5 +6,6 @@ mod caught;
 mod check;
 mod check_hidden;
 mod events;
+mod events_of_several;
 mod integrate;
 mod scalars;

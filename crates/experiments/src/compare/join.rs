@@ -172,9 +172,8 @@ impl Joined {
 impl Column {
     fn of(name: &str, left: &Table, right: &Table, pairs: &[[usize; 2]]) -> Self {
         let measure = Measure::of(name);
-        // Rows of a sweep name what their value is.
-        let is_time =
-            |row: usize| measure != Measure::Time && entry(left, row, "what").ends_with("seconds");
+        // A row of a sweep names what its value is.
+        let is_time = |row: usize| entry(left, row, "what") == "seconds";
         let mut column =
             Self { name: name.into(), measure, words: false, different: 0, empty: 0, range: None };
         for [i, j] in pairs {

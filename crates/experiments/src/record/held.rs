@@ -10,8 +10,6 @@ pub struct Held {
     pub command: String,
     /// SHA-256 of its scene.
     pub hash: String,
-    /// The version of afterbay that ran it.
-    pub version: String,
 }
 
 impl Held {

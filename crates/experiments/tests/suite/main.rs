@@ -12,6 +12,7 @@ mod lyapunov;
 mod many_degrees;
 mod overdamped;
 mod paper;
+mod resonance;
 mod scenes;
 mod sections;
 mod sentences;

@@ -1,0 +1,110 @@
+//! Events of several functions in one step of the grid, and poles beside them.
+
+use crate::events::{Function, STEPS, Watched, fall, first, free, second, watch};
+use afterbay_core::{Direction, Effort, InputError, IntegrateError, State};
+
+/// A ball that rises above 0.455 at t = 0.7 and falls below it at 1.3 in one step, with an event of
+/// the time between the two.
+#[test]
+fn a_function_that_is_beyond_zero_at_another_event_crossed_it_before() {
+    let ceiling: Function = |state| state.q[0] - 0.455;
+    let time: Function = |state| state.t - 0.9;
+    for (h, steps) in [(1.5, 2), (1.4, 1), (0.7, 2), (0.1, 20)] {
+        let seen = |both: [Watched; 2]| {
+            let (outcome, mut found, state) = watch(&mut fall, [&[0.0], &[1.0]], (h, steps), &both);
+            outcome.expect("it runs");
+            found.retain(|event| event.1 < 1.1);
+            (found, state)
+        };
+        let ceiling = (ceiling, Direction::Rising, None);
+        let time = (time, Direction::Rising, None);
+        for (order, [i, j]) in [([ceiling, time], [0, 1]), ([time, ceiling], [1, 0])] {
+            let (found, _) = seen(order);
+            assert_eq!(found.iter().map(|event| event.0).collect::<Vec<_>>(), [i, j], "{h}");
+            assert!((found[0].1 - 0.7).abs() < 1e-14, "{h}: {found:?}");
+            assert!((found[1].1 - 0.9).abs() < 1e-15, "{h}: {found:?}");
+        }
+        // It bounces at the ceiling, with p = 0.3 there.
+        let (found, state) = seen([(ceiling.0, Direction::Rising, Some(0)), time]);
+        assert!((found[0].1 - 0.7).abs() < 1e-14, "{h}: {found:?}");
+        let late = state.t - 0.7;
+        let height = 0.455 - 0.3 * late - 0.5 * late * late;
+        assert!((state.q[0] - height).abs() < 1e-13, "{h}: {state:?}");
+    }
+}
+
+#[test]
+fn a_pole_at_another_event_or_at_the_start_is_no_zero() {
+    for (h, steps) in STEPS {
+        let zero: Function = |state| state.q[0] - 0.9;
+        let pole: Function = |state| 1.0 / (state.q[0] - 0.9);
+        let [zero, pole] = [zero, pole].map(|function| (function, Direction::Both, None));
+        for (events, i) in [([zero, pole], 0), ([pole, zero], 1)] {
+            let (outcome, found, _) = free([&[2.0], &[-1.0]], (h, steps), &events);
+            outcome.expect("it runs");
+            assert!(
+                matches!(found[..], [(j, t)] if j == i && (t - 1.1).abs() < 1e-14),
+                "{h}: {found:?}"
+            );
+        }
+        let infinite: Function = |state| state.q[0] / state.q[1];
+        let events = [(infinite, Direction::Both, None)];
+        let (outcome, found, _) = free([&[1.0, 0.0], &[0.0, -1.0]], (h, steps), &events);
+        outcome.expect("it runs");
+        assert!(found.is_empty(), "{h}: {found:?}");
+        let falls: Function = |state| 1.0 / state.q[0] - 3.0;
+        let (outcome, found, _) =
+            free([&[0.0], &[1.0]], (h, steps), &[(falls, Direction::Falling, None)]);
+        outcome.expect("it runs");
+        assert!(matches!(found[..], [(0, t)] if (t - 1.0 / 3.0).abs() < 1e-15), "{h}: {found:?}");
+    }
+}
+
+/// Two balls bounce at the same times, twice in a step, in the order of the list.
+#[test]
+fn balls_that_bounce_together_bounce_again_within_the_step() {
+    fn fall_both(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
+        let end = state.t + h;
+        if end + h == end {
+            return Err(InputError::TimeStalled { t: end, h }.into());
+        }
+        for j in 0..2 {
+            state.q[j] += h * (state.p[j] - 0.5 * h);
+            state.p[j] -= h;
+        }
+        Ok(Effort::default())
+    }
+    let floors =
+        [(first as Function, Direction::Falling, Some(0)), (second, Direction::Falling, Some(1))];
+    for (h, steps) in [(4.0, 2), (8.0, 1), (0.5, 16), (0.3, 26)] {
+        let (outcome, found, state) =
+            watch(&mut fall_both, [&[0.5, 0.5], &[0.0, 0.0]], (h, steps), &floors);
+        outcome.expect("it runs");
+        let order: Vec<usize> = found.iter().map(|event| event.0).collect();
+        assert_eq!(order, [0, 1, 0, 1, 0, 1, 0, 1], "{h}: {found:?}");
+        for (k, (_, t)) in found.iter().enumerate() {
+            assert!((t - (1 + 2 * (k / 2)) as f64).abs() < 1e-12, "{h}: {found:?}");
+        }
+        assert!(state.q.iter().all(|&q| q > -1e-12), "{h}: {state:?}");
+    }
+}
+
+/// After an event of its own a function is on the side that it has at the next event of another.
+#[test]
+fn a_function_that_has_left_zero_is_followed_from_event_to_event() {
+    let wave: Function = |state| (state.t - 0.5).sin();
+    let time: Function = |state| state.t - 5.0;
+    for (h, steps) in [(8.0, 1), (3.0, 3), (0.1, 80)] {
+        let watched = [(wave, Direction::Rising, None), (time, Direction::Rising, None)];
+        let (outcome, found, _) = free([&[1.0], &[1.0]], (h, steps), &watched);
+        outcome.expect("it runs");
+        let expected = [(0, 0.5), (1, 5.0), (0, 0.5 + std::f64::consts::TAU)];
+        assert_eq!(found.len(), 3, "{h}: {found:?}");
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(
+                found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-13,
+                "{h}: {found:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Resonance: amplitudes and energies of steady motions, against closed forms and each other.
+
+use crate::sections::problem;
+use afterbay_analysis::Spacing;
+use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::resonance::Resonance;
+use afterbay_methods::registry::{REFERENCE, find};
+
+/// The amplitude of an angle that turns does not grow with the time it has turned.
+#[test]
+fn the_amplitude_of_an_angle_that_turns_does_not_depend_on_its_turns() {
+    let system = "name = \"custom\"\npotential = \"-cos(q1)\"\ndissipation = [\"0.2*v1\"]";
+    let drive = "[drive]\nforce = [\"0.5 + cos(omega*t)\"]\nparameters = { omega = 1.0 }";
+    let study = |transient| Resonance {
+        problem: problem(system, drive, [0.0, 1.0]),
+        parameter: "omega".into(),
+        spacing: Spacing::Linear,
+        values: vec![1.0, 1.2],
+        transient,
+        periods: 4,
+    };
+    let rows = |transient| study(transient).run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
+    let (short, long) = (rows(100), rows(700));
+    for (short, long) in short.iter().zip(&long) {
+        let [a, b] = [short, long].map(|row| row.amplitude[0].unwrap());
+        assert_eq!((short.outcome, long.outcome), ("completed", "completed"));
+        assert!((a - b).abs() < 1e-8 * b && b < 16.0, "{a} {b}");
+    }
+    assert!(long.iter().any(|row| row.amplitude[0].unwrap() > 2.0 * std::f64::consts::PI));
+}
+
+/// An angle that swings about half a turn has the amplitude of the same motion about 0, shifted.
+#[test]
+fn an_angle_that_swings_about_half_a_turn_stays_there() {
+    let study = |potential: &str, q: f64| {
+        let system =
+            format!("name = \"custom\"\npotential = \"{potential}\"\ndissipation = [\"0.2*v1\"]");
+        let drive = "[drive]\nforce = [\"0.2*cos(omega*t) + 0.15\"]\nparameters = { omega = 1.0 }";
+        let study = Resonance {
+            problem: problem(&system, drive, [q, 0.0]),
+            parameter: "omega".into(),
+            spacing: Spacing::Linear,
+            values: vec![0.8, 1.2, 1.5],
+            transient: 150,
+            periods: 4,
+        };
+        study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap()
+    };
+    let (about_zero, about_pi) = (study("-cos(q1)", 0.2), study("cos(q1)", 3.3));
+    for (zero, pi) in about_zero.iter().zip(&about_pi) {
+        let [zero, pi] = [zero, pi].map(|row| row.amplitude[0].unwrap());
+        assert!((pi - zero - std::f64::consts::PI).abs() < 1e-6, "{zero} {pi}");
+    }
+}
+
+#[test]
+fn the_resonance_of_a_linear_oscillator_is_that_in_closed_form() {
+    let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.3 }";
+    let drive = "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 2.0, omega = 1.7 }";
+    let study = Resonance {
+        problem: problem(system, drive, [0.0, 0.0]),
+        parameter: "omega".into(),
+        values: vec![0.5, 0.9, 1.1, 2.0],
+        spacing: Spacing::Linear,
+        transient: 120,
+        periods: 2,
+    };
+    let found = study.run(&REFERENCE, 0.05, &Silent).unwrap();
+    assert_eq!(found.len(), 8);
+    for (row, &omega) in found.iter().zip(study.values.iter().cycle()) {
+        let amplitude = 2.0 / f64::hypot(1.0 - omega * omega, 0.3 * omega);
+        let energy = std::f64::consts::PI * 0.3 * omega * amplitude * amplitude;
+        assert_eq!(row.outcome, "completed");
+        assert!((row.frequency / omega - 1.0).abs() < 1e-14, "{row:?}");
+        let off = row.amplitude[0].unwrap() / amplitude - 1.0;
+        assert!(off.abs() < 1e-12, "{row:?}: {off:e}");
+        for found in [row.supplied, row.dissipated] {
+            let off = found.unwrap() / energy - 1.0;
+            assert!(off.abs() < 1e-12, "{row:?}: {off:e}");
+        }
+    }
+    // The amplitude of a method is off by its own error, which falls with its order.
+    let error = |h: f64| {
+        let row = &study.run(find("moddg").unwrap(), h, &Silent).unwrap()[1];
+        row.amplitude[0].unwrap() * f64::hypot(1.0 - 0.81, 0.27) / 2.0 - 1.0
+    };
+    let order = (error(0.2) / error(0.1)).log2();
+    assert!((order - 2.0).abs() < 0.1, "{order}");
+}
+
+#[test]
+fn motion_that_does_not_repeat_is_not_steady() {
+    let ueda = "name = \"duffing\"\nparameters = { alpha = 0.0, beta = 1.0, c = 0.05 }";
+    let drive = "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 7.5, omega = 1.0 }";
+    let study = Resonance {
+        problem: problem(ueda, drive, [2.5, 0.0]),
+        parameter: "omega".into(),
+        values: vec![1.0],
+        spacing: Spacing::Linear,
+        transient: 50,
+        periods: 4,
+    };
+    let found = study.run(find("increment-4").unwrap(), 0.05, &Silent).unwrap();
+    assert!(found.iter().all(|row| row.outcome == "unsteady"), "{found:?}");
+}
