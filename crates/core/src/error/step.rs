@@ -204,7 +204,7 @@ fn factor(x: f64) -> String {
     if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.2e}") }
 }
 
-/// What helps against a number that is not finite.
+/// The advice where a number is not finite.
 fn remedy(value: f64) -> &'static str {
     if value.is_nan() {
         "take a smaller step, or a method that is stable here; no step helps where the motion \

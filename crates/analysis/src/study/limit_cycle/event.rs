@@ -58,7 +58,7 @@ pub(super) fn tests(cycle: &Cycle, slope: f64) -> Tests {
 }
 
 /// The bifurcations between two cycles, with the indices of the test functions that find them.
-/// Where the branch turns, a multiplier goes through +1 as well, which is the same bifurcation.
+/// At a fold both dλ/ds and Π (μ_i - 1) change their signs; it is reported once.
 pub(super) fn between(before: &Tests, after: &Tests) -> Vec<(usize, Event)> {
     let changes = |i: usize| before[i] * after[i] < 0.0;
     let (turns, passes) = (changes(0), changes(1));
