@@ -2,10 +2,11 @@
 
 use afterbay_core::{InputError, IntegrateError, State};
 use afterbay_methods::registry::Run;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{DMatrix, Schur};
 
-/// The largest difference between the image of a sum and the sum of the images, as a share of the
-/// largest number in them, at which a step counts as linear.
+/// The largest difference of an entry between the image of a sum and the sum of the images, as a
+/// share of its largest number in them, or of 1, at which a step counts as linear.
 const LINEAR: f64 = 1e-9;
 /// The most sweeps of the eigenvalue iteration per row.
 const SWEEPS: usize = 100;
@@ -42,16 +43,37 @@ pub(super) fn spectral_radius(
             off[j] -= weights[i] * x;
         }
     }
-    let largest = matrix.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
-    if off.iter().any(|off| off.abs() > LINEAR * largest * size as f64) {
+    let largest = |row: usize| matrix.row(row).iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+    if (0..size).any(|i| off[i].abs() > LINEAR * largest(i) * size as f64) {
         return Ok(None);
     }
     Ok(largest_eigenvalue(matrix))
 }
 
-/// The largest |eigenvalue| of a square matrix; `None` if the iteration does not converge.
-pub(crate) fn largest_eigenvalue(matrix: DMatrix<f64>) -> Option<f64> {
+/// The largest |eigenvalue| of a square matrix; `None` if the iteration does not converge. The
+/// matrix is balanced first, so that entries in small units count as others do.
+pub(crate) fn largest_eigenvalue(mut matrix: DMatrix<f64>) -> Option<f64> {
+    if matrix.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    balance_parlett_reinsch(&mut matrix);
     let sweeps = SWEEPS * matrix.nrows();
     let schur = Schur::try_new(matrix, f64::EPSILON, sweeps)?;
     Some(schur.complex_eigenvalues().iter().map(|z| z.re.hypot(z.im)).fold(0.0, f64::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eigenvalues_do_not_depend_on_units() {
+        let units = [1e-7, 1.0, 1e7, 3e3];
+        let entry = |i: usize, j: usize| ((3 * i + 5 * j) as f64).sin();
+        let exact = largest_eigenvalue(DMatrix::from_fn(4, 4, entry)).unwrap();
+        let other = DMatrix::from_fn(4, 4, |i, j| entry(i, j) * units[i] / units[j]);
+        let found = largest_eigenvalue(other).unwrap();
+        assert!((found - exact).abs() < 1e-14 * exact, "{found} {exact}");
+        assert_eq!(largest_eigenvalue(DMatrix::from_element(2, 2, f64::NAN)), None);
+    }
 }
