@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub enum Section {
     /// Once in every interval of time.
     Stroboscopic {
-        /// The interval [default: the period of the drive].
+        /// The interval [default: the period of the drive]. Under a drive it is a multiple of its
+        /// period ([`is_multiple`]), since the clock begins anew in each.
         interval: Option<f64>,
     },
     /// The crossing of a value by a coordinate or a momentum.
@@ -65,11 +66,17 @@ impl Section {
     /// steps of nearly h; a crossing takes steps of h, at most a million of them.
     ///
     /// # Errors
-    /// Those of [`Grid::of`], and [`InputError::End`] without an interval.
+    /// Those of [`Grid::of`], [`InputError::End`] without an interval, and
+    /// [`InputError::Parameter`] if the drive does not repeat after it.
     pub fn grid(&self, model: &Model, h: f64) -> Result<Grid<f64>, InputError> {
         match self.interval(model) {
             Some(interval) => {
                 Grid::<f64>::of(h, 1)?;
+                let repeats = |period| is_multiple(interval, period);
+                if !model.motors().is_empty() && !model.drive_period().is_some_and(repeats) {
+                    let range = "a multiple of the period of the drive";
+                    return Err(InputError::Parameter { name: "interval", value: interval, range });
+                }
                 let steps = (interval / h).round().max(1.0);
                 Grid::of(interval / steps, steps as u64)
             }
@@ -126,6 +133,12 @@ impl Crossing {
         }
         self.direction.of_core().crosses(before, after)
     }
+}
+
+/// Whether an interval is a whole multiple of a period, to nine digits.
+pub fn is_multiple(interval: f64, period: f64) -> bool {
+    let ratio = interval / period;
+    ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 1e-9 * ratio
 }
 
 /// An angle less whole turns: the value in [-P/2, P/2].

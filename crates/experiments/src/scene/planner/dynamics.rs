@@ -11,7 +11,7 @@ use afterbay_analysis::study::bifurcation::{self, Bifurcation};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::poincare::{self, Poincare};
 use afterbay_analysis::study::resonance::Resonance;
-use afterbay_analysis::study::section::{Crossing, Direction, Section};
+use afterbay_analysis::study::section::{Crossing, Direction, Section, is_multiple};
 use afterbay_analysis::{Spacing, Variable};
 use afterbay_methods::registry::Row;
 use rand_pcg::Pcg64;
@@ -351,10 +351,4 @@ impl Planner<'_> {
         let change = "take fewer points";
         self.budget(&format!("{path}.points"), "the output in bytes", (size, MOST_OUTPUT), change)
     }
-}
-
-/// Whether an interval is a whole multiple of a period, to nine digits.
-fn is_multiple(interval: f64, period: f64) -> bool {
-    let ratio = interval / period;
-    ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 1e-9 * ratio
 }
