@@ -1,16 +1,11 @@
 //! The attractor that points of a section show: a cycle of some period, or a set without one.
 
+use super::metric::{Metric, SAME};
 use super::outcome::Ending;
-use super::section::far;
 use serde::{Deserialize, Serialize};
 
-/// The largest distance of points that count as one, relative to [`Attractor::size`].
-const SAME: f64 = 1e-4;
-/// The distance, relative to the size of the start, up to which points count as one, however small
-/// they are: a motion that decays to q = p = 0 never repeats to [`SAME`] of its own size.
-const AT_REST: f64 = 1e-8;
-/// The largest distance of two attractors that count as one, relative to their size. A coarse
-/// choice: methods at finite steps shift an attractor without changing its kind.
+/// The largest distance of two attractors that count as one. A coarse choice: methods at finite
+/// steps shift an attractor without changing its kind.
 const ALIKE: f64 = 0.05;
 /// The least number of returns after which a cycle must repeat.
 const REPEATS: usize = 2;
@@ -90,30 +85,23 @@ pub enum Kind {
 pub struct Attractor {
     /// q and p of each point.
     points: Vec<Vec<f64>>,
-    /// The periods of the coordinates that have one.
-    periods: Vec<Option<f64>>,
+    /// The distance of points.
+    metric: Metric,
     /// The kind.
     pub kind: Kind,
-    /// The largest |q_j| or |p_j| of the points.
-    pub size: f64,
-    /// The distance up to which points count as one, however small they are.
-    at_rest: f64,
 }
 
 impl Attractor {
     /// The attractor that points show, each q and p in one vector; none if there are fewer than
-    /// two. `periods` are those of the coordinates, `start_size` is the largest |q_j| or |p_j| at
-    /// the start of the run.
-    pub fn of(points: Vec<Vec<f64>>, periods: &[Option<f64>], start_size: f64) -> Option<Self> {
+    /// two.
+    pub fn of(points: Vec<Vec<f64>>, metric: Metric) -> Option<Self> {
         if points.len() < 2 {
             return None;
         }
-        let size = points.iter().map(|point| max_norm(point)).fold(0.0, f64::max);
-        let at_rest = AT_REST * start_size;
-        let same = |a: &[f64], b: &[f64]| far(periods, a, b) <= at_rest.max(SAME * size);
+        let same = |a: &[f64], b: &[f64]| metric.distance(a, b) <= SAME;
         let repeats = |&k: &usize| (k..points.len()).all(|i| same(&points[i], &points[i - k]));
         let kind = (1..=points.len() / REPEATS).find(repeats).map_or(Kind::Aperiodic, Kind::Period);
-        Some(Self { points, periods: periods.to_vec(), kind, size, at_rest })
+        Some(Self { points, metric, kind })
     }
 
     /// The kind in words, or [`SETTLING`].
@@ -125,10 +113,10 @@ impl Attractor {
     /// returns k, the largest distance of points k returns apart then falls from each quarter of
     /// the points to the next, and to a fifth at most in all.
     pub fn is_settling(&self) -> bool {
-        let Self { points, periods, kind: Kind::Aperiodic, .. } = self else { return false };
+        let Self { points, metric, kind: Kind::Aperiodic } = self else { return false };
         let approaches = |k: usize| {
-            let moves: Vec<_> =
-                points.windows(k + 1).map(|passed| far(periods, &passed[k], &passed[0])).collect();
+            let moves = points.windows(k + 1).map(|passed| metric.distance(&passed[k], &passed[0]));
+            let moves: Vec<_> = moves.collect();
             let quarters: Vec<_> = moves.chunks(moves.len().div_ceil(4)).map(max_norm).collect();
             let falls = quarters.windows(2).all(|pair| pair[1] < pair[0]);
             falls && quarters[quarters.len() - 1] <= LEFT * quarters[0]
@@ -138,26 +126,22 @@ impl Attractor {
     }
 
     /// q and p of its points.
-    pub(crate) fn points(&self) -> &[Vec<f64>] {
+    pub fn points(&self) -> &[Vec<f64>] {
         &self.points
     }
 
-    /// The largest distance of a point of one attractor from the nearest point of the other,
-    /// relative to the size of this one; 0 if they count as one.
+    /// The largest distance of a point of one attractor from the nearest point of the other, in the
+    /// units of this one.
     pub fn distance(&self, other: &Self) -> f64 {
-        relative(self.apart(other), self)
-    }
-
-    /// The largest distance of a point of one attractor from the nearest point of the other.
-    pub(crate) fn apart(&self, other: &Self) -> f64 {
         let [a, b] = [self, other].map(Self::compared);
         self.beyond(&a, &b).max(self.beyond(&b, &a))
     }
 
     /// The largest distance of one of `from` from the nearest of `to`.
     fn beyond(&self, from: &[&[f64]], to: &[&[f64]]) -> f64 {
-        let distance = |a: &[f64], b: &[f64]| far(&self.periods, a, b);
-        let nearest = |a: &&[f64]| to.iter().map(|b| distance(a, b)).fold(f64::INFINITY, f64::min);
+        let nearest = |a: &&[f64]| {
+            to.iter().map(|b| self.metric.distance(a, b)).fold(f64::INFINITY, f64::min)
+        };
         from.iter().map(nearest).fold(0.0, f64::max)
     }
 
@@ -180,7 +164,7 @@ impl Attractor {
         self.points[self.points.len() - count..].iter().step_by(stride).map(Vec::as_slice).collect()
     }
 
-    /// The largest difference of the least and the largest values of the two.
+    /// The largest difference of the least and the largest values of the two, in units.
     fn extent_distance(&self, other: &Self) -> f64 {
         let range = |of: &Self, j: usize| {
             let values = || of.points.iter().map(|point| point[j]);
@@ -190,8 +174,8 @@ impl Attractor {
             let ([a, b], [c, d]) = (range(self, j), range(other, j));
             (a - c).abs().max((b - d).abs())
         };
-        let dof = self.points.first().map_or(0, Vec::len);
-        relative((0..dof).map(off).fold(0.0, f64::max), self)
+        let size = self.points.first().map_or(0, Vec::len);
+        self.metric.largest(&(0..size).map(off).collect::<Vec<_>>())
     }
 }
 
@@ -210,19 +194,23 @@ pub fn max_norm(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
-/// The distance of points relative to the size of an attractor; 0 if they count as one.
-fn relative(distance: f64, attractor: &Attractor) -> f64 {
-    let Attractor { size, at_rest, .. } = *attractor;
-    if distance <= at_rest { 0.0 } else { distance / size.max(at_rest).max(f64::MIN_POSITIVE) }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::ranges::Ranges;
     use super::*;
+    use afterbay_core::StateRef;
 
+    /// Of a motion from 2 that passes 0 between its points.
     fn attractor(points: &[f64]) -> Attractor {
+        let mut settled = Ranges::nothing(1);
+        let mut see = |x: f64| {
+            settled.see(StateRef { q: &[x], p: &[-x], w: &[0.0], t: 0.0 });
+            settled.clone()
+        };
+        points.iter().for_each(|&x| drop(see(x)));
+        let (settled, run) = (see(0.0), see(2.0));
         let points = points.iter().map(|&x| vec![x, -x]).collect();
-        Attractor::of(points, &[None], 2.0).expect("two points")
+        Attractor::of(points, Metric::of(&[None], &settled, &run)).expect("two points")
     }
 
     #[test]
@@ -233,7 +221,8 @@ mod tests {
         assert_eq!(attractor(&[1.0, 2.0, 3.0, 1.0]).kind, Kind::Aperiodic);
         assert_eq!(attractor(&[1.0, 1.001, 1.0, 1.001]).kind, Kind::Period(2));
         assert_eq!(attractor(&[0.0, 0.0]).kind, Kind::Period(1));
-        assert!(Attractor::of(vec![vec![1.0, 0.0]], &[None], 2.0).is_none());
+        let metric = Metric::with_units(&[None], vec![1.0; 2]);
+        assert!(Attractor::of(vec![vec![1.0, 0.0]], metric).is_none());
     }
 
     #[test]
@@ -241,7 +230,7 @@ mod tests {
         let decayed = attractor(&[4e-10, -2e-10, 1e-10, -5e-11]);
         let more = attractor(&[4e-56, -2e-56, 1e-56, 0.0]);
         assert_eq!([decayed.kind, more.kind], [Kind::Period(1); 2]);
-        assert_eq!([decayed.distance(&more), more.distance(&decayed)], [0.0; 2]);
+        assert!(decayed.distance(&more) < SAME && more.distance(&decayed) < SAME);
         assert!(decayed.is_like(&more) && more.is_like(&decayed));
         let small = attractor(&[4e-4, -2e-4, 1e-4, -5e-5]);
         assert!(small.kind == Kind::Aperiodic && !small.is_like(&more));
@@ -318,7 +307,8 @@ mod tests {
         let turn = std::f64::consts::TAU;
         let of = |angles: [f64; 4]| {
             let points = angles.map(|q| vec![q, 0.1]).to_vec();
-            Attractor::of(points, &[Some(turn)], 1.0).expect("two points")
+            Attractor::of(points, Metric::with_units(&[Some(turn)], vec![1.0; 2]))
+                .expect("two points")
         };
         let near = turn / 2.0 - 1e-9;
         let (a, b) = (of([near, -near, near, near]), of([-near; 4]));

@@ -13,35 +13,26 @@ mod known;
 mod map;
 mod path;
 mod repels;
+mod survey;
+mod units;
 
 use super::dynamics::Dynamics;
-use super::ensemble::{Ensemble, GROUP, Member, Watch};
-use super::outcome::{COMPLETED, Ending};
-use super::section::{Section, point};
+use super::ensemble::{Ensemble, Member};
+use super::section::Section;
 use super::stability::MapError;
 use super::{Problem, numbered};
 use crate::Model;
 use crate::Variable;
 use crate::progress::Progress;
-use afterbay_core::{InputError, StateRef};
+use afterbay_core::InputError;
 use afterbay_methods::registry::Row;
 pub use known::Known;
-use known::{Found, Nearby, Shown, same};
 pub use map::{BasinMap, Cell};
-use path::Path;
 use serde::Serialize;
-use std::ops::ControlFlow;
+use survey::Survey;
 
-/// The most attractors that are told apart. Where there are more, as in a system without friction,
-/// the other runs are unsettled.
-const MOST_ATTRACTORS: usize = 24;
-/// The most new attractors that are looked for between two comparisons of all runs.
-const NEW_AT_ONCE: usize = 8;
 /// The runs that look for attractors before all others, in each direction of the grid.
 const SAMPLES: usize = 6;
-/// The runs that are followed at once where those before have shown nothing new. It bounds the
-/// states that are stored.
-const TOGETHER: usize = 4 * GROUP;
 
 /// The basins of a problem.
 #[derive(Clone, Debug)]
@@ -113,121 +104,8 @@ impl Basins {
         progress: &dyn Progress,
     ) -> Result<BasinMap, InputError> {
         let h = self.section.grid(&self.problem.model, h_near)?.h;
-        let size = self.axes[0].values.len() * self.axes[1].values.len();
-        let mut map = BasinMap { row, h, attractors: Vec::new(), cells: Vec::new() };
-        let mut cells: Vec<Option<Cell>> = vec![None; size];
         let ensemble = Ensemble { row, parameter: "", section: &self.section, h: h_near, progress };
-        for i in self.samples() {
-            self.discover(&ensemble, &[i], &mut map.attractors, &mut cells)?;
-        }
-        loop {
-            let open: Vec<usize> = (0..size).filter(|&i| cells[i].is_none()).collect();
-            if open.is_empty() {
-                break;
-            }
-            if map.attractors.len() >= MOST_ATTRACTORS {
-                let ending = Ending { outcome: UNSETTLED, failure: None };
-                let cell = Cell { attractor: None, periods: self.longest, ending };
-                open.into_iter().for_each(|i| cells[i] = Some(cell.clone()));
-                break;
-            }
-            let watch = |&i: &usize| {
-                Ok((self.member(i)?, Nearby::new(self, &map.attractors, self.longest)))
-            };
-            let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
-            let ended = ensemble.follow(members)?;
-            for (&i, (watch, ending)) in open.iter().zip(ended) {
-                if watch.reached.is_some() || !ending.is_completed() {
-                    let (attractor, periods) = (watch.reached, watch.returns);
-                    cells[i] = Some(Cell { attractor, periods, ending });
-                }
-            }
-            // The runs that reach none of the attractors show new ones.
-            let left: Vec<usize> = open.into_iter().filter(|&i| cells[i].is_none()).collect();
-            let (stride, before) = (left.len().div_ceil(NEW_AT_ONCE).max(1), map.attractors.len());
-            for &i in left.iter().step_by(stride) {
-                self.discover(&ensemble, &[i], &mut map.attractors, &mut cells)?;
-            }
-            if map.attractors.len() > before {
-                continue;
-            }
-            // Another comparison would be that of before. Each run decides for itself.
-            for group in left.chunks(TOGETHER) {
-                if map.attractors.len() < MOST_ATTRACTORS {
-                    self.discover(&ensemble, group, &mut map.attractors, &mut cells)?;
-                }
-            }
-        }
-        map.cells = cells.into_iter().flatten().collect();
-        Ok(map)
-    }
-
-    /// Follows the runs of open cells until each reaches an attractor or shows one, and adds that
-    /// to the others if it is new.
-    fn discover(
-        &self,
-        ensemble: &Ensemble<'_>,
-        group: &[usize],
-        attractors: &mut Vec<Known>,
-        cells: &mut [Option<Cell>],
-    ) -> Result<(), InputError> {
-        let open: Vec<usize> = group.iter().copied().filter(|&i| cells[i].is_none()).collect();
-        let nearby = Nearby::new(self, attractors, self.longest);
-        let ended = if self.is_autonomous() {
-            self.look::<true>(ensemble, &open, &nearby)?
-        } else {
-            self.look::<false>(ensemble, &open, &nearby)?
-        };
-        for (&i, ((reached, periods, shown), mut ending)) in open.iter().zip(ended) {
-            let mut attractor = reached;
-            if ending.is_completed() && reached.is_none() {
-                let found = match shown {
-                    Some(Shown::Known(known)) => Some(known),
-                    Some(Shown::Motion { from, extent }) => self.path(ensemble, &from, extent)?,
-                    None => None,
-                };
-                ending.outcome = UNSETTLED;
-                if let Some(found) = found {
-                    attractor = same(self, attractors, &found);
-                    if attractor.is_none() && self.repels(ensemble, found.cycle())? {
-                        ending.outcome = UNSTABLE;
-                    } else if attractor.is_none() && attractors.len() < MOST_ATTRACTORS {
-                        attractors.push(found);
-                        attractor = Some(attractors.len() - 1);
-                    }
-                }
-                if attractor.is_some() {
-                    ending.outcome = COMPLETED;
-                }
-            }
-            cells[i] = Some(Cell { attractor, periods, ending });
-        }
-        Ok(())
-    }
-
-    /// Follows runs until each reaches a known attractor or has settled.
-    fn look<const STEPS: bool>(
-        &self,
-        ensemble: &Ensemble<'_>,
-        open: &[usize],
-        nearby: &Nearby<'_>,
-    ) -> Result<Vec<(Ended, Ending)>, InputError> {
-        let watch = |&i: &usize| Ok((self.member(i)?, Found::<STEPS>::new(nearby.clone())));
-        let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
-        let ended = ensemble.follow(members)?.into_iter();
-        Ok(ended.map(|(watch, ending)| (watch.ended(), ending)).collect())
-    }
-
-    /// The attractor of a motion without a drive that has settled: its path from a state on it.
-    fn path(
-        &self,
-        ensemble: &Ensemble<'_>,
-        from: &[f64],
-        extent: f64,
-    ) -> Result<Option<Known>, InputError> {
-        let path = Path::new(Nearby::new(self, &[], self.longest), extent);
-        let ended = ensemble.follow(vec![(self.member_at(from)?, path)])?.pop();
-        Ok(ended.filter(|ended| ended.1.is_completed()).and_then(|(path, _)| path.known()))
+        Survey::new(self, ensemble)?.map(h)
     }
 
     /// Whether the equations do not depend on the time, so that the section has no part in the
@@ -256,6 +134,12 @@ impl Basins {
             part[axis.dof] = axis.values[at];
         }
         [q, p]
+    }
+
+    /// The entry of (q, p) that an axis varies.
+    fn entry(&self, axis: &Axis) -> usize {
+        let before = if axis.variable == Variable::Q { 0 } else { self.problem.q.len() };
+        before + axis.dof
     }
 
     fn member(&self, i: usize) -> Result<Member, InputError> {
@@ -312,43 +196,5 @@ impl Dynamics for Basins {
     fn join(&self, row: &'static Row, h: f64, pieces: Vec<BasinMap>) -> BasinMap {
         let none = BasinMap { row, h, attractors: Vec::new(), cells: Vec::new() };
         pieces.into_iter().next().unwrap_or(none)
-    }
-}
-
-/// The known attractor that a run has reached, its returns, and what it shows.
-type Ended = (Option<usize>, u64, Option<Shown>);
-
-impl<const STEPS: bool> Watch for Found<'_, STEPS> {
-    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
-        self.add(n, point(self.periods(), self.dof(), state).concat())
-    }
-
-    fn step(&mut self, state: StateRef<'_, f64>) {
-        if STEPS {
-            let at = point(self.periods(), self.dof(), state).concat();
-            self.pass(&at);
-        }
-    }
-
-    const WANTS_STEPS: bool = STEPS;
-}
-
-impl Watch for Path<'_> {
-    fn see(&mut self, n: u64, _: StateRef<'_, f64>) -> ControlFlow<()> {
-        Self::goes_on(n)
-    }
-
-    fn step(&mut self, state: StateRef<'_, f64>) {
-        let at = point(self.periods(), self.dof(), state).concat();
-        self.pass(at);
-    }
-
-    const WANTS_STEPS: bool = true;
-}
-
-impl Watch for Nearby<'_> {
-    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
-        let at = point(&self.periods, self.dof, state).concat();
-        self.compare(n, &at)
     }
 }

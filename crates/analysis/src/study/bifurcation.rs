@@ -1,9 +1,12 @@
 //! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
 
-use super::attractor::{GROWING, SizeHistory};
+use super::attractor::GROWING;
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
+use super::metric::Metric;
+use super::motion::Motion;
 use super::outcome::Ending;
+use super::ranges::Ranges;
 use super::section::{Section, point};
 use super::{Problem, numbered};
 use crate::Model;
@@ -92,6 +95,8 @@ pub struct Column {
     pub points: Vec<[Vec<f64>; 2]>,
     /// The outcome of the run. One that grows all along is `growing`.
     pub ending: Ending,
+    /// The distance of the points.
+    pub metric: Metric,
 }
 
 impl Column {
@@ -178,8 +183,7 @@ impl Bifurcation {
         let ended = self.ensemble(row, h, progress).follow(members)?;
         let column = |((trace, ending), &value): ((Trace, Ending), &f64)| {
             let h = self.section.grid(&self.model(value)?, h)?.h;
-            let ending = trace.growth.ending(ending);
-            Ok(Column { value, h, way: Way::Afresh, points: trace.points, ending })
+            Ok(trace.column([value, h], Way::Afresh, ending))
         };
         ended.into_iter().zip(values).map(column).collect()
     }
@@ -207,12 +211,13 @@ impl Bifurcation {
             let Some((trace, ending)) = ensemble.follow(vec![(member, trace)])?.pop() else {
                 break;
             };
-            let (fresh, ending) = (self.problem.start()?, trace.growth.ending(ending));
-            start = match (trace.state, ending.is_completed()) {
+            let (fresh, state) = (self.problem.start()?, trace.state.clone());
+            let column = trace.column([value, step], way, ending);
+            start = match (state, column.ending.is_completed()) {
                 (Some(state), true) => State { w: fresh.w, t: fresh.t, ..state },
                 _ => fresh,
             };
-            columns.push(Column { value, h: step, way, points: trace.points, ending });
+            columns.push(column);
             if progress.stopped() {
                 break;
             }
@@ -234,10 +239,9 @@ impl Bifurcation {
 
     fn trace(&self, periods: Vec<Option<f64>>) -> Trace {
         let Self { problem, transient, points, follow, .. } = self;
-        let (dof, last) = (problem.model.degrees(), transient + points);
-        let (transient, follow) = (*transient, *follow);
-        let (growth, points) = (SizeHistory::new(last), Vec::new());
-        Trace { transient, last, follow, periods, dof, growth, points, state: None }
+        let dof = problem.model.degrees();
+        let (motion, follow) = (Motion::new(dof, *transient, *points), *follow);
+        Trace { follow, periods, dof, motion, points: Vec::new(), state: None }
     }
 }
 
@@ -284,25 +288,32 @@ impl Dynamics for Bifurcation {
 
 /// The points of one run so far.
 struct Trace {
-    transient: u64,
-    last: u64,
     follow: bool,
     periods: Vec<Option<f64>>,
     dof: usize,
-    growth: SizeHistory,
+    motion: Motion,
     points: Vec<[Vec<f64>; 2]>,
     /// The last state.
     state: Option<State<Vec<f64>>>,
 }
 
+impl Trace {
+    /// The points of a run that has ended.
+    fn column(self, [value, h]: [f64; 2], way: Way, ending: Ending) -> Column {
+        let Self { motion, periods, points, .. } = self;
+        let (ending, metric) = (motion.ending(ending), motion.metric(&periods));
+        Column { value, h, way, points, ending, metric }
+    }
+}
+
 impl Watch for Trace {
-    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()> {
         let at = point(&self.periods, self.dof, state);
-        self.growth.see(n, &at);
-        if n > self.transient {
+        self.motion.see(n, &at, path);
+        if self.motion.keeps(n) {
             self.points.push(at);
         }
-        if n < self.last {
+        if !self.motion.ends(n) {
             return ControlFlow::Continue(());
         }
         if self.follow {

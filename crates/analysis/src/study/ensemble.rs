@@ -9,6 +9,7 @@ mod alone;
 mod lanes;
 
 use super::outcome::{Ending, step_word};
+use super::ranges::Ranges;
 use super::section::Section;
 use crate::Model;
 use crate::progress::Progress;
@@ -31,9 +32,10 @@ pub(super) struct Member {
 
 /// Receives the states of a run on the section.
 pub(super) trait Watch: Send {
-    /// Receives return number n, counted from 1. The time is that since the start, the motors of a
-    /// drive stand at the start of its period. `Break` ends the run.
-    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()>;
+    /// Receives return number n, counted from 1, and the ranges of the motion since the return
+    /// before. The time is that since the start, the motors of a drive stand at the start of its
+    /// period. `Break` ends the run.
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()>;
 
     /// Receives the state after a step, if [`Watch::WANTS_STEPS`].
     fn step(&mut self, _state: StateRef<'_, f64>) {}
@@ -65,6 +67,8 @@ struct Job<W> {
     state: State<Vec<f64>>,
     /// The time at the start of the interval, of which the state counts its own time.
     since: f64,
+    /// The ranges since the last return.
+    path: Ranges,
     returns: u64,
     watch: W,
     ending: Option<Ending>,
@@ -90,7 +94,9 @@ impl Ensemble<'_> {
             let grid = self.section.grid(&member.model, self.h)?;
             let (state, dof) = (member.start.clone(), member.model.degrees());
             let (since, returns, ending) = (state.t, 0, None);
-            Ok(Job { member, run, grid, dof, state, since, returns, watch, ending })
+            let mut path = Ranges::nothing(dof);
+            path.see(state.state_ref());
+            Ok(Job { member, run, grid, dof, state, since, path, returns, watch, ending })
         };
         let mut jobs = members.into_iter().map(job).collect::<Result<Vec<_>, InputError>>()?;
         jobs.par_chunks_mut(GROUP).try_for_each(|group| {
@@ -112,12 +118,16 @@ impl Ensemble<'_> {
 }
 
 impl<W: Watch> Job<W> {
-    /// Shows the state, which is on the section.
+    /// Shows the state, which is on the section. The next interval begins there.
     fn arrive(&mut self, progress: &dyn Progress) {
         self.returns += 1;
         let t = self.since + self.state.t;
         let state = StateRef { t, ..self.state.state_ref() };
-        if self.watch.see(self.returns, state).is_break() {
+        self.path.see(state);
+        let goes = self.watch.see(self.returns, state, &self.path);
+        self.path.clear();
+        self.path.see(state);
+        if goes.is_break() {
             self.ending = Some(Ending::completed());
         } else if progress.stopped() {
             self.ending = Some(Ending::interrupted());

@@ -17,6 +17,7 @@ mod cycle;
 mod event;
 mod failure;
 mod guess;
+mod scales;
 mod shooting;
 
 pub use branch::Branch;
@@ -35,8 +36,9 @@ use crate::words::by_name;
 use afterbay_core::{Grid, InputError};
 use afterbay_methods::registry::Row;
 use guess::Guess;
+use scales::scales_of;
 use serde::{Deserialize, Serialize};
-use shooting::{Condition, SINGULAR, Shooting, Solved};
+use shooting::{Condition, Image, SINGULAR, Shooting, Solved};
 
 /// The least number of steps in a cycle. Two steps have no direction.
 const FEWEST_STEPS: f64 = 3.0;
@@ -46,7 +48,6 @@ const MOST_STEPS: f64 = 1e6;
 const AT_REST: f64 = 1e-6;
 /// The distance below which a cycle repeats earlier, relative to its size.
 const REPEATS: f64 = 1e-7;
-
 /// The limit cycle of a problem.
 #[derive(Clone, Debug)]
 pub struct LimitCycle {
@@ -237,8 +238,8 @@ impl LimitCycle {
             Shooting { model, row, parameter: None, multiple, steps: 1, scales, progress };
         loop {
             shooting.steps = steps(model, h, shooting.multiple, period)?;
-            let path = shooting.image(&x)?.path;
-            shooting.scales = scales_of(&path, &x);
+            let Image { path, monodromy, .. } = shooting.image(&x)?;
+            shooting.scales = scales_of(&path, &monodromy, &x);
             let phase = multiple.is_none().then(|| phase(&shooting, &path, &x));
             let solved = shooting.solve(x, phase.as_slice())?;
             if solved.ratio <= SINGULAR {
@@ -267,19 +268,6 @@ fn steps(model: &Model, h: f64, multiple: Option<u64>, period: f64) -> Result<u6
         return Err(InputError::Budget { steps, limit: MOST_STEPS });
     }
     Ok(steps as u64)
-}
-
-/// The sizes of the unknowns: the largest |q| and |p| on the path, and those of the others.
-fn scales_of(path: &[Vec<f64>], x: &[f64]) -> Vec<f64> {
-    let size = path.first().map_or(0, Vec::len);
-    let largest = |from: usize, to: usize| {
-        let most =
-            path.iter().flat_map(|z| &z[from..to]).fold(0.0, |most: f64, x| most.max(x.abs()));
-        if most > 0.0 { most } else { 1.0 }
-    };
-    let (q, p) = (largest(0, size / 2), largest(size / 2, size));
-    let of_z = (0..size).map(|i| if i < size / 2 { q } else { p });
-    of_z.chain(x[size..].iter().map(|x| x.abs())).collect()
 }
 
 /// The condition that z stays in the plane through the start of a path, normal to its first step.

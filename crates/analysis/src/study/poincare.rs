@@ -1,9 +1,11 @@
 //! Poincaré sections: the states of runs at every return to a section, after a transient.
 
-use super::attractor::SizeHistory;
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
+use super::metric::Metric;
+use super::motion::Motion;
 use super::outcome::Ending;
+use super::ranges::Ranges;
 use super::section::{Section, point};
 use super::stability::MapError;
 use super::{Problem, numbered};
@@ -67,6 +69,8 @@ pub struct Portrait {
     pub rows: Vec<PoincareRow>,
     /// The outcome of the run from each start. One that grows all along is `growing`.
     pub endings: Vec<Ending>,
+    /// The distance of points from each start.
+    pub metrics: Vec<Metric>,
 }
 
 impl Poincare {
@@ -88,7 +92,7 @@ impl Poincare {
 }
 
 impl Dynamics for Poincare {
-    type Piece = (f64, Vec<PoincareRow>, Vec<Ending>);
+    type Piece = (f64, Vec<Trail>);
     type Found = Portrait;
 
     /// Runs side by side.
@@ -103,7 +107,7 @@ impl Dynamics for Poincare {
         (0..self.starts.len()).step_by(GROUP).map(group).collect()
     }
 
-    /// The step, and the points and endings of the runs.
+    /// The step, and what each run shows.
     fn piece(
         &self,
         row: &'static Row,
@@ -127,51 +131,57 @@ impl Dynamics for Poincare {
                 p: Vec::new(),
                 start: start + 1,
             };
-            let dof = model.degrees();
-            let (last, rows) = (transient + points, Vec::new());
-            let (transient, periods, growth) = (*transient, &periods, SizeHistory::new(last));
-            Ok((member, Trace { transient, last, periods, dof, growth, blank, rows }))
+            let (dof, rows) = (model.degrees(), Vec::new());
+            let motion = Motion::new(dof, *transient, *points);
+            Ok((member, Trace { periods: &periods, dof, motion, blank, rows }))
         });
         let members = members.collect::<Result<Vec<_>, InputError>>()?;
         let ensemble = Ensemble { row, parameter: "", section, h: h_near, progress };
-        let (traces, endings): (Vec<Trace<'_>>, Vec<Ending>) =
-            ensemble.follow(members)?.into_iter().unzip();
-        let grown = traces.iter().zip(endings).map(|(trace, ending)| trace.growth.ending(ending));
-        let endings = grown.collect();
-        let rows = traces.into_iter().flat_map(|trace| trace.rows).collect();
-        Ok((h, rows, endings))
+        let trail = |(trace, ending): (Trace<'_>, Ending)| Trail {
+            ending: trace.motion.ending(ending),
+            metric: trace.motion.metric(&periods),
+            rows: trace.rows,
+        };
+        Ok((h, ensemble.follow(members)?.into_iter().map(trail).collect()))
     }
 
     fn join(&self, row: &'static Row, h: f64, pieces: Vec<Self::Piece>) -> Portrait {
         let h = pieces.first().map_or(h, |piece| piece.0);
-        let (mut rows, mut endings) = (Vec::new(), Vec::new());
-        for (_, more, ended) in pieces {
-            rows.extend(more);
-            endings.extend(ended);
+        let (mut rows, mut endings, mut metrics) = (Vec::new(), Vec::new(), Vec::new());
+        for trail in pieces.into_iter().flat_map(|piece| piece.1) {
+            rows.extend(trail.rows);
+            endings.push(trail.ending);
+            metrics.push(trail.metric);
         }
-        Portrait { row, h, rows, endings }
+        Portrait { row, h, rows, endings, metrics }
     }
+}
+
+/// What the run from one start shows.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Trail {
+    rows: Vec<PoincareRow>,
+    ending: Ending,
+    metric: Metric,
 }
 
 /// The points of one run so far.
 struct Trace<'a> {
-    transient: u64,
-    last: u64,
     periods: &'a [Option<f64>],
     dof: usize,
-    growth: SizeHistory,
+    motion: Motion,
     blank: PoincareRow,
     rows: Vec<PoincareRow>,
 }
 
 impl Watch for Trace<'_> {
-    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()> {
         let at = point(self.periods, self.dof, state);
-        self.growth.see(n, &at);
-        if n > self.transient {
+        self.motion.see(n, &at, path);
+        if self.motion.keeps(n) {
             let [q, p] = at;
             self.rows.push(PoincareRow { t: state.t, q, p, ..self.blank.clone() });
         }
-        if n >= self.last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if self.motion.ends(n) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

@@ -8,8 +8,10 @@
 use super::Problem;
 use super::bifurcation::Way;
 use super::dynamics::Dynamics;
+use super::metric::Metric;
 use super::numbered;
 use super::outcome::Ending;
+use super::ranges::{Ranges, stride};
 use super::section::{Section, nearest, point, rewind};
 use super::stability::MapError;
 use super::zero::{at_zero, copy};
@@ -24,8 +26,8 @@ use std::ops::ControlFlow;
 
 /// The word of a motion that does not repeat over the measured periods.
 pub const UNSTEADY: &str = "unsteady";
-/// The largest change of the state over the measured periods of a steady motion, relative to its
-/// size.
+/// The largest distance from the first to the last state of the measured periods of a steady
+/// motion.
 const STEADY: f64 = 1e-6;
 
 /// A resonance curve of a problem.
@@ -174,9 +176,13 @@ impl Resonance {
                 *q = period.map_or(*q, |period| from + nearest(*q - from, period));
             }
         };
+        let [mut all, mut measured] = [(); 2].map(|()| Ranges::nothing(dof));
         for _ in 0..self.transient {
             let from = state.q[..dof].to_vec();
-            run.run(grid, state, grid.steps, &mut |_, _| ControlFlow::Continue(()))?;
+            run.run(grid, state, stride(grid.steps), &mut |_, now| {
+                all.see(now);
+                ControlFlow::Continue(())
+            })?;
             begin_anew(state, &from);
         }
         // The accounts begin anew, so that what a period adds is not rounded to their sum.
@@ -189,6 +195,7 @@ impl Resonance {
             let from = state.q[..dof].to_vec();
             let mut turns = Turns::new(&*system, state, dof);
             run.run(grid, state, 1, &mut |step, now| {
+                measured.see(now);
                 if step > 0 {
                     turns.see(run, grid.h, now, &mut amplitude);
                 }
@@ -200,9 +207,9 @@ impl Resonance {
         let gained: Vec<f64> = s.into_iter().chain(pumped).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / self.periods as f64;
         let end = point(&angles, dof, state.state_ref());
-        let off = start.iter().flatten().zip(end.iter().flatten()).map(|(a, b)| (a - b).abs());
-        let size = start.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max);
-        let returned = off.fold(0.0, f64::max) / size.max(f64::MIN_POSITIVE);
+        all.join(&measured);
+        let metric = Metric::of(&angles, &measured, &all);
+        let returned = metric.distance(&start.concat(), &end.concat());
         Ok(Steady { amplitude, supplied: mean(&gained), dissipated: mean(&w), returned })
     }
 }
@@ -248,7 +255,7 @@ struct Steady {
     amplitude: Vec<f64>,
     supplied: f64,
     dissipated: f64,
-    /// The change of the state over the measured periods, relative to its size.
+    /// The distance from the first state of the measured periods to the last.
     returned: f64,
 }
 

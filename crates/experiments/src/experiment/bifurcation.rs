@@ -10,8 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, spaced};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::Problem;
-use afterbay_analysis::study::attractor::{Attractor, GROWING, Kind, max_norm};
+use afterbay_analysis::study::attractor::{Attractor, GROWING, Kind};
 use afterbay_analysis::study::bifurcation::{self, Bifurcation, Column, Diagram};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::Ending;
@@ -68,7 +67,7 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
     };
     format!(
         "States {}, {} of each run after {} that are not shown, for {} values of {}. {begin} Two \
-         attractors count as the same if both have one period and lie within 5 % of their size, or \
+         attractors count as the same if both have one period and lie within 5 % of the extents of the motion, or \
          if neither has a period and their extents agree. A run whose size rises all along, to \
          three times or more, grows, and shows no attractor.{}",
         study.section.describe(model),
@@ -81,11 +80,10 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
 }
 
 fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
-    let exact =
-        found.iter().find(|diagram| diagram.row.name == EXACT).map(|diagram| kinds(study, diagram));
+    let exact = found.iter().find(|diagram| diagram.row.name == EXACT).map(kinds);
     let mut readings = Readings::default();
     for diagram in found {
-        let (label, own) = (label(diagram.row, diagram.h), kinds(study, diagram));
+        let (label, own) = (label(diagram.row, diagram.h), kinds(diagram));
         let count =
             |which: fn(&Column) -> bool| diagram.columns.iter().filter(|x| which(x)).count();
         readings.add(&label, "values", diagram.columns.len());
@@ -122,12 +120,10 @@ fn points(diagram: &Diagram) -> Vec<(f64, f64)> {
 }
 
 /// The attractor of each value, if its run got far enough.
-fn kinds(study: &Bifurcation, diagram: &Diagram) -> Vec<Option<Attractor>> {
-    let Problem { model, q, p, .. } = &study.problem;
-    let (periods, start_size) = (model.periods(), max_norm(q).max(max_norm(p)));
+fn kinds(diagram: &Diagram) -> Vec<Option<Attractor>> {
     let of = |column: &Column| {
         let points = column.points.iter().map(|point| point.concat()).collect();
-        let attractor = Attractor::of(points, &periods, start_size);
+        let attractor = Attractor::of(points, column.metric.clone());
         attractor.filter(|_| column.ending.is_completed())
     };
     diagram.columns.iter().map(of).collect()

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, GROWING, SETTLING, max_norm};
+use afterbay_analysis::study::attractor::{Attractor, GROWING, SETTLING};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
 use afterbay_analysis::study::poincare::{self, Poincare, Portrait};
@@ -37,7 +37,7 @@ fn sheet(
         sheet.runs.extend(endings.iter().map(record));
     }
     sheet.text(prose(plan, model));
-    let readings = readings(&plan.study, &found);
+    let readings = readings(&found);
     sheet.table(&HEADER, found.iter().map(|portrait| cells(portrait, &readings)).collect());
     sheet.find("Poincaré section", readings, what_is_seen);
     let states = |portrait: &Portrait| States {
@@ -72,8 +72,8 @@ fn prose(plan: &DynamicsPlan<Poincare>, model: &Model) -> String {
     )
 }
 
-fn readings(study: &Poincare, found: &[Portrait]) -> Readings {
-    let attractors: Vec<_> = found.iter().map(|portrait| attractors(study, portrait)).collect();
+fn readings(found: &[Portrait]) -> Readings {
+    let attractors: Vec<_> = found.iter().map(attractors).collect();
     let exact = found.iter().position(|portrait| portrait.row.name == EXACT);
     let mut readings = Readings::default();
     for (portrait, own) in found.iter().zip(&attractors) {
@@ -130,14 +130,12 @@ fn title(study: &Poincare, model: &Model) -> String {
 }
 
 /// The attractor of each start, if its run got far enough.
-fn attractors(study: &Poincare, portrait: &Portrait) -> Vec<Option<Attractor>> {
-    let periods = study.problem.model.periods();
+fn attractors(portrait: &Portrait) -> Vec<Option<Attractor>> {
     let of_start = |start: usize| {
         let rows = portrait.rows.iter().filter(|row| row.start == start + 1);
         let points = rows.map(|row| [&row.q[..], &row.p].concat()).collect();
         let done = portrait.endings[start].is_completed();
-        let start_size = max_norm(&study.starts[start].concat());
-        Attractor::of(points, &periods, start_size).filter(|_| done)
+        Attractor::of(points, portrait.metrics[start].clone()).filter(|_| done)
     };
     (0..portrait.endings.len()).map(of_start).collect()
 }

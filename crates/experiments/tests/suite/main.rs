@@ -16,4 +16,5 @@ mod resonance;
 mod scenes;
 mod sections;
 mod sentences;
+mod sizes;
 mod studies;

@@ -7,14 +7,19 @@ const CHANGE: f64 = 0.05;
 const MOVE: f64 = 0.5;
 
 /// Whether a run changes from the first half of its points to the second: an entry shrinks or
-/// grows, in range and in standard deviation, or its mean moves.
-pub(super) fn still_moves([first, second]: &[Vec<Distribution>; 2], least: f64) -> bool {
-    first.iter().zip(second).any(|(first, second)| {
+/// grows, in range and in standard deviation, or its mean moves. Entries whose range is smaller than
+/// `least` of their units do not count.
+pub(super) fn still_moves(
+    [first, second]: &[Vec<Distribution>; 2],
+    units: &[f64],
+    least: f64,
+) -> bool {
+    first.iter().zip(second).zip(units).any(|((first, second), unit)| {
         let range = first.range().max(second.range());
         let (by_range, by_deviation) =
             ((second.range() / first.range()).ln(), (second.deviation() / first.deviation()).ln());
         let both = by_range.min(by_deviation) > CHANGE || by_range.max(by_deviation) < -CHANGE;
-        range > least && (both || (second.mean - first.mean).abs() > MOVE * range)
+        range > least * unit && (both || (second.mean - first.mean).abs() > MOVE * range)
     })
 }
 

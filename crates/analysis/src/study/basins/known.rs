@@ -1,30 +1,32 @@
 //! Attractors as they are found and recognized.
 
-use super::Basins;
 use super::distribution::{Distribution, still_moves};
+use super::survey::Survey;
 use crate::study::attractor::Attractor;
-use crate::study::section::far;
+use crate::study::metric::Metric;
+use crate::study::ranges::Ranges;
 use serde::{Deserialize, Serialize};
 use std::collections::{HashSet, VecDeque};
 use std::ops::ControlFlow;
 
-/// The largest distance of a state from a cycle that it has reached, relative to the grid.
+/// The largest distance of a state from a cycle that it has reached. It and the others are in units
+/// of the distance ([`Basins::metric`]).
 const NEAR: f64 = 1e-3;
-/// The largest distance of states that count as repeated, relative to the grid.
-pub(super) const REPEATED: f64 = 1e-6;
+/// The largest distance of states that count as repeated.
+const REPEATED: f64 = 1e-6;
 /// The longest cycle that is looked for, in returns.
 const LONGEST_CYCLE: usize = 32;
 /// Returns beyond one period that must repeat before a cycle is believed.
 const MORE: usize = 5;
 /// The states in which a cycle is looked for.
 const SEEN: usize = LONGEST_CYCLE + 2 * (LONGEST_CYCLE + MORE);
-/// The distance below which repeated states are one but for roundings, relative to the grid.
+/// The distance below which repeated states are one but for roundings.
 const ROUNDINGS: f64 = 1e-10;
 /// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] and of
 /// the extent of the cycle. A choice: other runs are then told to be near the same cycle.
 const TO_GO: f64 = 0.1;
-/// The side of the boxes of an attractor without a period, relative to the grid; relative to its
-/// own extent where its path fills them.
+/// The sides of the boxes of an attractor without a period; relative to its own extents where its
+/// path fills them.
 pub(super) const BOX: f64 = 0.02;
 /// Returns that fill these boxes.
 pub(super) const FILLING: u64 = 4000;
@@ -41,43 +43,38 @@ pub struct Known {
     cycle: Vec<Vec<f64>>,
     /// The boxes of an attractor without a period.
     boxes: HashSet<Vec<i64>>,
-    /// The side of the boxes.
-    side: f64,
-    /// The extent of the grid.
-    scale: f64,
+    /// The sides of the boxes.
+    sides: Vec<f64>,
 }
 
 impl Known {
-    /// The largest distance of attractors of two methods that count as one, relative to their size.
-    /// A coarse choice: at large steps a method shifts an attractor by its phase, too.
+    /// The largest distance of attractors of two methods that count as one, relative to their
+    /// extents. A coarse choice: at large steps a method shifts an attractor by its phase, too.
     pub(super) const ALIKE: f64 = 0.5;
 
-    /// An attractor without a period, from boxes of the given side.
+    /// An attractor without a period, from boxes with the given sides.
     pub(super) fn of_boxes(
         attractor: Attractor,
         boxes: HashSet<Vec<i64>>,
-        side: f64,
-        scale: f64,
+        sides: Vec<f64>,
     ) -> Self {
-        Self { attractor, cycle: Vec::new(), boxes, side, scale }
+        Self { attractor, cycle: Vec::new(), boxes, sides }
     }
 
-    /// A cycle, from one turn of it.
-    fn of_cycle(nearby: &Nearby<'_>, cycle: Vec<Vec<f64>>) -> Option<Self> {
+    /// A cycle, from one turn of it and the ranges of the motion.
+    fn of_cycle(metric: &Metric, cycle: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
         // Two turns of a cycle show its period.
         let points = [&cycle[..], &cycle[..]].concat();
-        let attractor = Attractor::of(points, &nearby.periods, nearby.scale)?;
-        let (boxes, scale) = (HashSet::new(), nearby.scale);
-        Some(Self { attractor, cycle, boxes, side: BOX * scale, scale })
+        let attractor = Attractor::of(points, metric.within(ranges, NEAR))?;
+        Some(Self { attractor, cycle, boxes: HashSet::new(), sides: Vec::new() })
     }
 
-    /// An attractor without a period, from points that fill it.
-    fn of_points(nearby: &Nearby<'_>, points: Vec<Vec<f64>>) -> Option<Self> {
-        let scale = nearby.scale;
-        let side = BOX * scale;
-        let boxes = points.iter().map(|point| boxed(point, side)).collect();
-        let attractor = Attractor::of(points, &nearby.periods, scale)?;
-        Some(Self { attractor, cycle: Vec::new(), boxes, side, scale })
+    /// An attractor without a period, from points that fill it and the ranges of the motion.
+    fn of_points(metric: &Metric, points: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
+        let sides: Vec<f64> = metric.units().iter().map(|unit| BOX * unit).collect();
+        let boxes = points.iter().map(|point| boxed(point, &sides)).collect();
+        let attractor = Attractor::of(points, metric.within(ranges, NEAR))?;
+        Some(Self { attractor, cycle: Vec::new(), boxes, sides })
     }
 
     /// The points of a cycle; empty without a period.
@@ -85,12 +82,11 @@ impl Known {
         &self.cycle
     }
 
-    /// The distance from another attractor, relative to the size of this one, or to the distance
-    /// at which runs reach it if that is larger; infinite if they are of different kinds.
+    /// The distance from another attractor, relative to the extents of this one; infinite if they
+    /// are of different kinds.
     pub(super) fn distance(&self, other: &Self) -> f64 {
-        let size = self.attractor.size.max(NEAR * self.scale);
         if self.attractor.kind == other.attractor.kind {
-            self.attractor.apart(&other.attractor) / size
+            self.attractor.distance(&other.attractor)
         } else {
             f64::INFINITY
         }
@@ -112,10 +108,9 @@ impl Known {
 /// Compares a run with the attractors that are known.
 #[derive(Clone)]
 pub(super) struct Nearby<'a> {
-    pub(super) periods: Vec<Option<f64>>,
+    metric: &'a Metric,
     pub(super) dof: usize,
     known: &'a [Known],
-    scale: f64,
     longest: u64,
     /// The returns in a row near each cycle.
     near: Vec<usize>,
@@ -127,18 +122,13 @@ pub(super) struct Nearby<'a> {
 }
 
 impl<'a> Nearby<'a> {
-    pub(super) fn new(basins: &Basins, known: &'a [Known], longest: u64) -> Self {
-        let model = &basins.problem.model;
-        let extent = |values: &[f64]| {
-            values.last().copied().unwrap_or(0.0) - values.first().copied().unwrap_or(0.0)
-        };
-        let scale = basins.axes.iter().map(|axis| extent(&axis.values)).fold(0.0, f64::max);
+    pub(super) fn new(survey: &'a Survey<'_>) -> Self {
+        let Survey { basins, metric, attractors: known, .. } = survey;
         Self {
-            periods: model.periods(),
-            dof: model.degrees(),
+            metric,
+            dof: basins.problem.model.degrees(),
             known,
-            scale: if scale > 0.0 { scale } else { 1.0 },
-            longest,
+            longest: basins.longest,
             near: vec![0; known.len()],
             inside: vec![VecDeque::new(); known.len()],
             reached: None,
@@ -150,7 +140,7 @@ impl<'a> Nearby<'a> {
     pub(super) fn compare(&mut self, n: u64, at: &[f64]) -> ControlFlow<()> {
         self.returns = n;
         for (k, known) in self.known.iter().enumerate() {
-            let is_near = |point: &Vec<f64>| self.far(point, at) <= NEAR * self.scale;
+            let is_near = |point: &Vec<f64>| self.metric.distance(point, at) <= NEAR;
             if known.cycle.iter().any(is_near) {
                 self.near[k] += 1;
             } else {
@@ -159,7 +149,7 @@ impl<'a> Nearby<'a> {
             let mut settled = !known.cycle.is_empty() && self.near[k] > known.cycle.len() + MORE;
             if known.cycle.is_empty() {
                 let inside = &mut self.inside[k];
-                inside.push_back(known.boxes.contains(&boxed(at, known.side)));
+                inside.push_back(known.boxes.contains(&boxed(at, &known.sides)));
                 if inside.len() > LAST {
                     inside.pop_front();
                     let count = inside.iter().filter(|inside| **inside).count();
@@ -174,41 +164,40 @@ impl<'a> Nearby<'a> {
         if n >= self.longest { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// The extent of the grid.
-    pub(super) fn scale(&self) -> f64 {
-        self.scale
-    }
-
-    /// The largest difference of two points.
-    pub(super) fn far(&self, a: &[f64], b: &[f64]) -> f64 {
-        far(&self.periods, a, b)
+    /// The periods of the coordinates that have one.
+    pub(super) fn periods(&self) -> &[Option<f64>] {
+        self.metric.periods()
     }
 }
 
-/// The known attractor that the points of a new one show, if they show one.
-pub(super) fn same(basins: &Basins, known: &[Known], new: &Known) -> Option<usize> {
-    let points = match &new.cycle[..] {
-        [] => new.attractor.points(),
-        cycle => cycle,
-    };
-    // As often as the longest cycle must be seen.
-    let mut nearby = Nearby::new(basins, known, u64::MAX);
-    let again = points.iter().cycle().take(points.len().max(2 * SEEN));
-    let _ = (1..).zip(again).try_for_each(|(n, point)| nearby.compare(n, point));
-    nearby.reached
+impl Survey<'_> {
+    /// The known attractor that the points of a new one show, if they show one.
+    pub(super) fn same(&self, new: &Known) -> Option<usize> {
+        let points = match &new.cycle[..] {
+            [] => new.attractor.points(),
+            cycle => cycle,
+        };
+        // As often as the longest cycle must be seen.
+        let mut nearby = Nearby { longest: u64::MAX, ..Nearby::new(self) };
+        let again = points.iter().cycle().take(points.len().max(2 * SEEN));
+        let _ = (1..).zip(again).try_for_each(|(n, point)| nearby.compare(n, point));
+        nearby.reached
+    }
 }
 
-/// The box that a point lies in.
-pub(super) fn boxed(point: &[f64], side: f64) -> Vec<i64> {
-    point.iter().map(|x| (x / side).floor() as i64).collect()
+/// The box that a point lies in. 0 lies within one, so that what stays there but for roundings
+/// stays in its box.
+pub(super) fn boxed(point: &[f64], sides: &[f64]) -> Vec<i64> {
+    point.iter().zip(sides).map(|(x, side)| (x / side).round() as i64).collect()
 }
 
 /// The attractor of a run that has settled, or what it takes to find it.
 pub(super) enum Shown {
     /// An attractor.
     Known(Known),
-    /// A motion that does not rest, by a state on it and its extent. Its [`Path`] is the attractor.
-    Motion { from: Vec<f64>, extent: f64 },
+    /// A motion that does not rest, by a state on it and its extents. Its [`Path`] is the
+    /// attractor.
+    Motion { from: Vec<f64>, extents: Vec<f64> },
 }
 
 /// Follows a run until it repeats, or fills the boxes of an attractor without a period.
@@ -221,6 +210,8 @@ pub(super) struct Found<'a, const STEPS: bool> {
     nearby: Nearby<'a>,
     /// The last states.
     last: VecDeque<Vec<f64>>,
+    /// The ranges between each of them and the one before.
+    paths: VecDeque<Ranges>,
     /// The returns in a row that repeat the state k returns before, for each k from 1.
     repeats: Vec<usize>,
     period: Option<usize>,
@@ -236,12 +227,12 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
     pub(super) fn new(nearby: Nearby<'a>) -> Self {
         let (repeats, filling) = (vec![0; LONGEST_CYCLE], Vec::new());
         let halves = [Vec::new(), Vec::new()];
-        let (last, period, moved) = (VecDeque::new(), None, false);
-        Self { nearby, last, repeats, period, moved, filling, halves }
+        let (last, paths, period, moved) = (VecDeque::new(), VecDeque::new(), None, false);
+        Self { nearby, last, paths, repeats, period, moved, filling, halves }
     }
 
     pub(super) fn periods(&self) -> &[Option<f64>] {
-        &self.nearby.periods
+        self.nearby.periods()
     }
 
     pub(super) fn dof(&self) -> usize {
@@ -250,8 +241,8 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
 
     /// Adds the state after a step.
     pub(super) fn pass(&mut self, at: &[f64]) {
-        let least = REPEATED * self.nearby.scale;
-        self.moved |= self.last.back().is_some_and(|last| self.nearby.far(last, at) > least);
+        let metric = self.nearby.metric;
+        self.moved |= self.last.back().is_some_and(|last| metric.distance(last, at) > REPEATED);
         if self.nearby.returns >= self.nearby.longest {
             self.count(at);
         }
@@ -265,7 +256,7 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
     }
 
     /// Adds the state of return n.
-    pub(super) fn add(&mut self, n: u64, at: Vec<f64>) -> ControlFlow<()> {
+    pub(super) fn add(&mut self, n: u64, at: Vec<f64>, path: &Ranges) -> ControlFlow<()> {
         // The end of the transient is no reason to stop here.
         let _ = self.nearby.compare(n, &at);
         if self.nearby.reached.is_some() {
@@ -279,12 +270,14 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
         }
         let rests = !std::mem::take(&mut self.moved);
         for (repeats, before) in self.repeats.iter_mut().zip(self.last.iter().rev()) {
-            let same = rests && self.nearby.far(before, &at) <= REPEATED * self.nearby.scale;
+            let same = rests && self.nearby.metric.distance(before, &at) <= REPEATED;
             *repeats = if same { *repeats + 1 } else { 0 };
         }
         self.last.push_back(at);
+        self.paths.push_back(path.clone());
         if self.last.len() > SEEN {
             self.last.pop_front();
+            self.paths.pop_front();
         }
         let period = (1..=LONGEST_CYCLE).find(|&k| self.repeats[k - 1] > 2 * (k + MORE));
         self.period = period.filter(|&k| self.has_settled(k));
@@ -295,35 +288,43 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
     /// Whether states that repeat after k returns are near the cycle that they tend to. They may
     /// also be those of a slow spiral, whose turns differ by less than what counts as repeated.
     fn has_settled(&self, k: usize) -> bool {
-        let (window, end, scale) = (k + MORE, self.last.len() - 1, self.nearby.scale);
-        let off = |i: usize| self.nearby.far(&self.last[end - i], &self.last[end - i - k]);
+        let (window, end, metric) = (k + MORE, self.last.len() - 1, self.nearby.metric);
+        let off = |i: usize| metric.distance(&self.last[end - i], &self.last[end - i - k]);
         let [now, before] =
             [0, window].map(|from| (from..from + window).map(off).fold(0.0, f64::max));
-        if now <= ROUNDINGS * scale {
+        if now <= ROUNDINGS {
             return true;
         }
         // These distances fall like a geometric series or faster. The bound is that of its sum.
         let to_go = now / (1.0 - now / before) * window as f64 / k as f64;
-        let of_cycle = (1..k).map(|i| self.nearby.far(&self.last[end], &self.last[end - i]));
+        let of_cycle = (1..k).map(|i| metric.distance(&self.last[end], &self.last[end - i]));
         let extent = of_cycle.reduce(f64::max).unwrap_or(f64::INFINITY);
-        now < before && to_go <= TO_GO * extent.min(NEAR * scale)
+        now < before && to_go <= TO_GO * extent.min(NEAR)
     }
 
     /// The known attractor that the run has reached, its returns, and what it shows, if it has
     /// settled.
     pub(super) fn ended(self) -> (Option<usize>, u64, Option<Shown>) {
-        let Self { nearby, last, period, filling, halves, .. } = self;
+        let Self { nearby, last, paths, period, filling, halves, .. } = self;
+        let metric = nearby.metric;
+        let ranges = |returns: usize| {
+            let mut all = Ranges::nothing(nearby.dof);
+            paths.range(paths.len().saturating_sub(returns)..).for_each(|path| all.join(path));
+            all
+        };
         let shown = match (period, last.back()) {
             (Some(period), _) => {
                 let cycle = last.range(last.len() - period..).cloned().collect();
-                Known::of_cycle(&nearby, cycle).map(Shown::Known)
+                Known::of_cycle(metric, cycle, &ranges(period)).map(Shown::Known)
             }
-            _ if still_moves(&halves, REPEATED * nearby.scale) => None,
+            _ if still_moves(&halves, metric.units(), REPEATED) => None,
             (None, Some(from)) if STEPS && !filling.is_empty() => {
-                let ranges = halves.iter().flatten().map(Distribution::range);
-                Some(Shown::Motion { from: from.clone(), extent: ranges.fold(0.0, f64::max) })
+                let [first, second] = &halves;
+                let both = first.iter().zip(second);
+                let extents = both.map(|(a, b)| a.range().max(b.range())).collect();
+                Some(Shown::Motion { from: from.clone(), extents })
             }
-            _ => Known::of_points(&nearby, filling).map(Shown::Known),
+            _ => Known::of_points(metric, filling, &ranges(SEEN)).map(Shown::Known),
         };
         (nearby.reached, nearby.returns, shown)
     }

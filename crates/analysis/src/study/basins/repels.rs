@@ -1,50 +1,43 @@
 //! Whether small displacements from a cycle grow.
 
-use super::{Basins, Ensemble, Nearby};
+use super::survey::Survey;
 use crate::progress::Silent;
-use crate::study::ensemble::Watch;
-use crate::study::section::{nearest, point};
+use crate::study::ensemble::{Ensemble, Watch};
+use crate::study::ranges::Ranges;
+use crate::study::section::point;
 use crate::study::stability::largest_eigenvalue;
 use afterbay_core::{InputError, StateRef};
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
-/// The displacement from the cycle, relative to the grid.
+/// The displacement from the cycle, in units of the distance.
 const DISPLACED: f64 = 1e-5;
 /// The growth in a turn that counts. What neither grows nor shrinks is not told from what does by
 /// less: differences of the displaced runs show no more, where two multipliers are equal.
 const GROWS: f64 = 5e-5;
 
-impl Basins {
+impl Survey<'_> {
     /// Whether the largest multiplier of a cycle exceeds 1. Its matrix is that of differences of
     /// runs of one turn from both sides of a state on the cycle. No if one of these runs fails.
-    pub(super) fn repels(
-        &self,
-        ensemble: &Ensemble<'_>,
-        cycle: &[Vec<f64>],
-    ) -> Result<bool, InputError> {
+    pub(super) fn repels(&self, cycle: &[Vec<f64>]) -> Result<bool, InputError> {
         let Some(at) = cycle.last() else { return Ok(false) };
-        let nearby = Nearby::new(self, &[], self.longest);
-        let off = DISPLACED * nearby.scale();
+        let (periods, dof) = (self.metric.periods(), at.len() / 2);
+        let offs: Vec<f64> = self.metric.units().iter().map(|unit| DISPLACED * unit).collect();
         let mut members = Vec::new();
-        for (j, off) in (0..at.len()).flat_map(|j| [(j, off), (j, -off)]) {
+        for (j, off) in offs.iter().enumerate().flat_map(|(j, &off)| [(j, -off), (j, off)]) {
             let mut at = at.clone();
             at[j] += off;
-            let turn = Turn { returns: cycle.len() as u64, nearby: &nearby, end: Vec::new() };
-            members.push((self.member_at(&at)?, turn));
+            let turn = Turn { returns: cycle.len() as u64, periods, dof, end: Vec::new() };
+            members.push((self.basins.member_at(&at)?, turn));
         }
-        let ended = Ensemble { progress: &Silent, ..*ensemble }.follow(members)?;
+        let ended = Ensemble { progress: &Silent, ..self.ensemble }.follow(members)?;
         if ended.iter().any(|(_, ending)| !ending.is_completed()) {
             return Ok(false);
         }
-        let periods = || nearby.periods.iter().copied().chain(std::iter::repeat(None));
+        // In units, in which the eigenvalues are the same.
         let column = |pair: &[(Turn<'_>, _)]| -> Vec<f64> {
-            let ends = pair[0].0.end.iter().zip(&pair[1].0.end).zip(periods());
-            let apart = ends.map(|((a, b), period)| match period {
-                Some(period) => nearest(a - b, period),
-                None => a - b,
-            });
-            apart.map(|apart| apart / (2.0 * off)).collect()
+            let apart = self.metric.difference(&pair[0].0.end, &pair[1].0.end);
+            apart.zip(&offs).map(|(apart, off)| apart / (2.0 * off)).collect()
         };
         let columns: Vec<Vec<f64>> = ended.chunks(2).map(column).collect();
         Ok(grows(&columns))
@@ -61,16 +54,17 @@ fn grows(columns: &[Vec<f64>]) -> bool {
 /// The state after one turn.
 struct Turn<'a> {
     returns: u64,
-    nearby: &'a Nearby<'a>,
+    periods: &'a [Option<f64>],
+    dof: usize,
     end: Vec<f64>,
 }
 
 impl Watch for Turn<'_> {
-    fn see(&mut self, n: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>, _: &Ranges) -> ControlFlow<()> {
         if n < self.returns {
             return ControlFlow::Continue(());
         }
-        self.end = point(&self.nearby.periods, self.nearby.dof, state).concat();
+        self.end = point(self.periods, self.dof, state).concat();
         ControlFlow::Break(())
     }
 }

@@ -1,6 +1,7 @@
 //! One run from section to section.
 
 use super::{Ending, Ensemble, Job, Watch};
+use crate::study::ranges::stride;
 use crate::study::section::{Crossing, MOST_STEPS_BETWEEN, Section, rewind};
 use crate::study::zero::{at_zero, copy};
 use afterbay_core::{Grid, InputError, IntegrateError, StateRef};
@@ -11,7 +12,7 @@ pub(super) fn run<W: Watch>(ensemble: &Ensemble<'_>, job: &mut Job<W>) -> Result
     match ensemble.section {
         Section::Stroboscopic { .. } => {
             while job.ending.is_none() {
-                finish(job, job.grid.steps)?;
+                finish(job, 0)?;
                 if job.ending.is_none() {
                     job.state.t = job.grid.h * job.grid.steps as f64;
                     job.arrive(ensemble.progress);
@@ -24,13 +25,18 @@ pub(super) fn run<W: Watch>(ensemble: &Ensemble<'_>, job: &mut Job<W>) -> Result
     }
 }
 
-/// Takes the last `steps` steps of an interval.
-pub(super) fn finish<W: Watch>(job: &mut Job<W>, steps: u64) -> Result<(), InputError> {
-    let (grid, watch) = (Grid { h: job.grid.h, steps }, &mut job.watch);
-    let every = if W::WANTS_STEPS { 1 } else { steps };
-    let outcome = job.run.run(grid, &mut job.state, every, &mut |step, state| {
-        if step > 0 {
+/// Takes the steps of an interval after the first `done`.
+pub(super) fn finish<W: Watch>(job: &mut Job<W>, done: u64) -> Result<(), InputError> {
+    let (grid, stride) =
+        (Grid { steps: job.grid.steps - done, ..job.grid }, stride(job.grid.steps));
+    let Job { run, state, path, watch, .. } = job;
+    let every = if W::WANTS_STEPS || done > 0 { 1 } else { stride };
+    let outcome = run.run(grid, state, every, &mut |step, state| {
+        if step > 0 && W::WANTS_STEPS {
             watch.step(state);
+        }
+        if (done + step).is_multiple_of(stride) {
+            path.see(state);
         }
         ControlFlow::Continue(())
     });
@@ -56,7 +62,7 @@ fn cross<W: Watch>(
     job: &mut Job<W>,
     crossing: &Crossing,
 ) -> Result<(), InputError> {
-    let Job { member, run, grid, state, returns, watch, .. } = job;
+    let Job { member, run, grid, state, path, returns, watch, .. } = job;
     let period = member.model.periods().get(crossing.dof).copied().flatten();
     let mut before = state.clone();
     let mut off = crossing.distance(before.state_ref(), period);
@@ -75,10 +81,14 @@ fn cross<W: Watch>(
                 let distance = |state: StateRef<'_, f64>| crossing.distance(state, period);
                 let there = at_zero(run, h, distance, (&before, last), (now, off));
                 (*returns, missing) = (*returns + 1, 0);
-                if watch.see(*returns, there.state_ref()).is_break() {
+                path.see(there.state_ref());
+                if watch.see(*returns, there.state_ref(), path).is_break() {
                     ending = Some(Ending::completed());
                 }
+                path.clear();
+                path.see(there.state_ref());
             }
+            path.see(now);
             if missing > MOST_STEPS_BETWEEN {
                 let since = now.t - h * missing as f64;
                 ending = Some(Ending {

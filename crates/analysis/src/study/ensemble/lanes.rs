@@ -2,6 +2,7 @@
 
 use super::{Ensemble, Job, Watch, alone};
 use crate::Lanes;
+use crate::study::ranges::{Ranges, stride};
 use crate::study::section::rewind;
 use crate::study::side::{Side, put_state, state_of};
 use afterbay_core::{Grid, InputError, IntegrateError, Scalar, State, StateRef, f64x8};
@@ -20,7 +21,7 @@ pub(super) fn together<W: Watch>(
 ) -> Result<(), InputError> {
     let Some(first) = jobs.first().filter(|_| jobs.len() >= FEWEST) else { return Ok(()) };
     let (dof, steps) = (first.dof, first.grid.steps);
-    let mut group = Group::of(&first.state);
+    let (mut group, mut paths) = (Group::of(&first.state), Ranges::nothing(dof));
     let mut bound = None;
     while let Some(changed) = group.fill(jobs) {
         if changed || bound.is_none() {
@@ -28,8 +29,12 @@ pub(super) fn together<W: Watch>(
         }
         let Some(Lanes { run, .. }) = &bound else { return Ok(()) };
         let grid = Grid { h: f64x8::gather(|lane| jobs[group.job_in[lane]].grid.h), steps };
-        let go_on = &mut |_, _: StateRef<'_, f64x8>| ControlFlow::Continue(());
-        let good = match run.run(grid, &mut group.all, steps, go_on) {
+        paths.clear();
+        let see = &mut |_, all: StateRef<'_, f64x8>| {
+            paths.see(all);
+            ControlFlow::Continue(())
+        };
+        let good = match run.run(grid, &mut group.all, stride(steps), see) {
             Ok(_) => steps,
             Err(IntegrateError::Run(error)) => error.step - 1,
             Err(IntegrateError::Input(error)) => return Err(error),
@@ -38,8 +43,9 @@ pub(super) fn together<W: Watch>(
         for lane in (0..WIDTH).filter(|&lane| group.owned[lane]) {
             let job = &mut jobs[group.job_in[lane]];
             job.state = state_of(&group.all, lane);
+            job.path.join(&paths.lane(lane));
             if good < steps {
-                alone::finish(job, steps - good)?;
+                alone::finish(job, good)?;
             }
             if job.ending.is_none() {
                 job.state.t = job.grid.h * steps as f64;

@@ -50,7 +50,7 @@ impl Cycle {
             multiple: shooting.multiple,
             start: [q.to_vec(), p.to_vec()],
             amplitude: amplitude(&model, shooting.row, h, &image.path)?,
-            multipliers: multipliers(&image.monodromy)?,
+            multipliers: multipliers(&image.monodromy, &shooting.scales)?,
         })
     }
 
@@ -72,9 +72,12 @@ impl Cycle {
     }
 }
 
-/// The eigenvalues of a matrix, the largest first.
-fn multipliers(matrix: &Mat<f64>) -> Result<Vec<Complex>, CycleFailure> {
-    let values = matrix.eigenvalues().map_err(|_| CycleFailure::NoMultipliers)?;
+/// The eigenvalues of a matrix, the largest first. They are computed in units in which all
+/// entries are of about one size.
+fn multipliers(matrix: &Mat<f64>, units: &[f64]) -> Result<Vec<Complex>, CycleFailure> {
+    let (rows, columns) = (matrix.nrows(), matrix.ncols());
+    let scaled = Mat::from_fn(rows, columns, |i, j| matrix[(i, j)] * (units[j] / units[i]));
+    let values = scaled.eigenvalues().map_err(|_| CycleFailure::NoMultipliers)?;
     let mut values: Vec<Complex> = values.iter().map(|z| [z.re, z.im]).collect();
     if values.iter().flatten().any(|x| !x.is_finite()) {
         return Err(CycleFailure::NoMultipliers);
@@ -171,7 +174,19 @@ mod tests {
     #[test]
     fn multipliers_fall() {
         let turn = Mat::from_fn(2, 2, |i, j| [[0.0, -0.5], [0.5, 0.0]][i][j]);
-        let found = multipliers(&turn).unwrap();
+        let found = multipliers(&turn, &[1.0; 2]).unwrap();
         assert!((found[0][1] - 0.5).abs() < 1e-15 && (found[1][1] + 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn multipliers_do_not_depend_on_units() {
+        let entry = |i: usize, j: usize| ((3 * i + 5 * j) as f64).sin();
+        let exact = multipliers(&Mat::from_fn(4, 4, entry), &[1.0; 4]).unwrap();
+        let units = [1e-7, 1.0, 1e7, 3e3];
+        let other = Mat::from_fn(4, 4, |i, j| entry(i, j) * units[i] / units[j]);
+        let found = multipliers(&other, &units).unwrap();
+        for (a, b) in found.iter().zip(&exact) {
+            assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14, "{found:?} {exact:?}");
+        }
     }
 }

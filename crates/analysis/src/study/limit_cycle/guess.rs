@@ -9,19 +9,18 @@ use super::CycleFailure;
 use crate::Model;
 use crate::progress::Progress;
 use crate::study::Problem;
-use crate::study::attractor::{Attractor, Kind, max_norm};
-use crate::study::section::{Section, nearest};
+use crate::study::attractor::{Attractor, Kind};
+use crate::study::metric::Metric;
+use crate::study::ranges::Ranges;
+use crate::study::section::{Section, point};
 use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef};
 use afterbay_methods::registry::{Row, Run};
 use std::ops::ControlFlow;
 
 /// The periods in time of a system within which states must repeat twice.
 const PERIODS: u64 = 64;
-/// The largest distance of a return, relative to the extent of the motion. Newton's method
-/// converges from it.
+/// The largest distance of a return. Newton's method converges from it.
 const CLOSE: f64 = 0.02;
-/// The extent of a motion at rest, relative to the distance it came.
-const AT_REST: f64 = 1e-8;
 /// Steps between two looks at whether the user wants to stop.
 const STEPS_BETWEEN_LOOKS: u64 = 1024;
 
@@ -52,19 +51,31 @@ pub(super) fn guess(
     }
     let model = &problem.model;
     let (run, state) = (model.bind(row)?, problem.start()?);
-    let walk = Walk { run, state, dof: model.degrees(), done: 0, progress };
+    let (dof, periods) = (model.degrees(), model.periods());
+    let (all, motion) = (Ranges::nothing(dof), Ranges::nothing(dof));
+    let walk = Walk { run, state, dof, periods, all, motion, done: 0, progress };
     if model.motors().is_empty() {
-        walk.free(model, h, transient)
+        walk.free(h, transient)
     } else {
         walk.driven(model, h, (transient, multiple))
     }
 }
+
+/// Receives the number of a step, the state after it, and the ranges after the transient and of the
+/// whole run.
+type See<'a> = dyn FnMut(u64, StateRef<'_, f64>, [&Ranges; 2]) -> ControlFlow<()> + 'a;
 
 struct Walk<'a> {
     run: Run<f64>,
     state: State<Vec<f64>>,
     /// The number of degrees of freedom that are not motors.
     dof: usize,
+    /// The periods of the coordinates that have one.
+    periods: Vec<Option<f64>>,
+    /// The ranges of the whole run.
+    all: Ranges,
+    /// Those after the transient.
+    motion: Ranges,
     done: u64,
     progress: &'a dyn Progress,
 }
@@ -78,110 +89,96 @@ impl Walk<'_> {
     ) -> Result<Guess, CycleFailure> {
         let grid = Section::Stroboscopic { interval: None }.grid(model, h)?;
         let period = grid.h * grid.steps as f64;
-        let first = self.point().concat();
         for _ in 0..(transient / period).ceil() as u64 {
             self.period(grid)?;
         }
-        let from = self.point().concat();
-        let extent = self.period(grid)?;
-        self.is_in_motion(extent, &first, &from)?;
+        self.motion.clear();
+        self.period(grid)?;
+        self.is_in_motion()?;
         let multiple = match multiple {
             Some(multiple) => multiple,
             None => {
-                let mut points = vec![self.point().concat()];
+                let mut points = vec![self.point()];
                 for _ in 0..2 * PERIODS {
                     self.period(grid)?;
-                    points.push(self.point().concat());
+                    points.push(self.point());
                 }
-                let attractor = Attractor::of(points, &model.periods(), max_norm(&first));
+                let attractor = Attractor::of(points, self.metric());
                 match attractor.map(|attractor| attractor.kind) {
                     Some(Kind::Period(multiple)) => multiple as u64,
                     _ => return Err(CycleFailure::NoPeriod { periods: PERIODS }),
                 }
             }
         };
-        let (z, period) = (self.point().concat(), period * multiple as f64);
+        let (z, period) = (self.point(), period * multiple as f64);
         Ok(Guess { z, period, multiple: Some(multiple) })
     }
 
-    /// Takes one period in time, and puts the clock and the motors back to its start. Returns the
-    /// largest |q_j - q_j0| or |p_j - p_j0| on the way.
-    fn period(&mut self, grid: Grid<f64>) -> Result<f64, CycleFailure> {
-        let (from, dof) = (self.point(), self.dof);
-        let mut extent = 0.0_f64;
-        self.take(grid, &mut |_, state| {
-            for (now, from) in [(state.q, &from[0]), (state.p, &from[1])] {
-                let off = now[..dof].iter().zip(from).map(|(x, from)| (x - from).abs());
-                extent = off.fold(extent, f64::max);
-            }
-            ControlFlow::Continue(())
-        })?;
+    /// Takes one period in time, and puts the clock and the motors back to its start.
+    fn period(&mut self, grid: Grid<f64>) -> Result<(), CycleFailure> {
+        self.take(grid, &mut |_, _, _| ControlFlow::Continue(()))?;
         let State { q, p, w, t } = &mut self.state;
         q[self.dof..].fill(0.0);
         p[self.dof..].fill(0.0);
         w.fill(0.0);
         *t = 0.0;
-        Ok(extent)
+        Ok(())
     }
 
-    /// Checks that a motion of this extent, which started at `first` and came to `from`, is not at
-    /// rest.
+    /// Checks that the motion after the transient is not at rest.
     ///
     /// # Errors
     /// [`CycleFailure::AtRest`]
-    fn is_in_motion(&self, extent: f64, first: &[f64], from: &[f64]) -> Result<(), CycleFailure> {
-        let came = from.iter().zip(first).map(|(a, b)| a - b).collect::<Vec<_>>();
-        if extent <= AT_REST * max_norm(&came).max(max_norm(from)) {
-            let (q, p) = from.split_at(self.dof);
-            return Err(CycleFailure::AtRest { q: q.to_vec(), p: p.to_vec() });
+    fn is_in_motion(&self) -> Result<(), CycleFailure> {
+        if self.metric().is_at_rest() {
+            let (q, p) = (self.state.q[..self.dof].to_vec(), self.state.p[..self.dof].to_vec());
+            return Err(CycleFailure::AtRest { q, p });
         }
         Ok(())
     }
 
-    fn point(&self) -> [Vec<f64>; 2] {
-        [&self.state.q, &self.state.p].map(|part| part[..self.dof].to_vec())
+    /// The distance of states of the motion after the transient.
+    fn metric(&self) -> Metric {
+        Metric::of(&self.periods, &self.motion, &self.all)
     }
 
-    fn take(
-        &mut self,
-        grid: Grid<f64>,
-        see: &mut dyn FnMut(u64, StateRef<'_, f64>) -> ControlFlow<()>,
-    ) -> Result<(), CycleFailure> {
-        let (done, progress) = (self.done, self.progress);
-        self.run.run(grid, &mut self.state, 1, &mut |step, state| {
+    /// q and p.
+    fn point(&self) -> Vec<f64> {
+        point(&self.periods, self.dof, self.state.state_ref()).concat()
+    }
+
+    /// Takes steps, and shows each state.
+    fn take(&mut self, grid: Grid<f64>, see: &mut See<'_>) -> Result<(), CycleFailure> {
+        let Self { run, state, all, motion, done, progress, .. } = self;
+        run.run(grid, state, 1, &mut |step, state| {
             if step % STEPS_BETWEEN_LOOKS == 0 && progress.stopped() {
                 return ControlFlow::Break(());
             }
-            see(done + step, state)
+            [&mut *all, motion].into_iter().for_each(|ranges| ranges.see(state));
+            see(*done + step, state, [motion, all])
         })?;
-        self.done += grid.steps;
+        *done += grid.steps;
         if progress.stopped() { Err(IntegrateError::Interrupted.into()) } else { Ok(()) }
     }
 
-    fn free(mut self, model: &Model, h: f64, transient: f64) -> Result<Guess, CycleFailure> {
+    fn free(mut self, h: f64, transient: f64) -> Result<Guess, CycleFailure> {
         let grid = Grid::<f64>::of(h, (transient / h).ceil() as u64)?;
-        let first = self.point().concat();
-        self.take(grid, &mut |_, _| ControlFlow::Continue(()))?;
-        let from = self.point().concat();
-        let turns = model.periods();
-        let off = |state: StateRef<'_, f64>| -> Vec<f64> {
-            let now = state.q.iter().chain(state.p).zip(&from).map(|(x, from)| x - from);
-            let turned = |(i, off): (usize, f64)| match turns.get(i).copied().flatten() {
-                Some(period) => nearest(off, period),
-                _ => off,
-            };
-            now.enumerate().map(turned).collect()
-        };
+        self.take(grid, &mut |_, _, _| ControlFlow::Continue(()))?;
+        self.motion.clear();
+        let (from, periods, dof) = (self.point(), self.periods.clone(), self.dof);
+        let metric = |motion: &Ranges, all: &Ranges| Metric::of(&periods, motion, all);
+        let of_run = metric(&self.all, &self.all);
         let mut normal: Option<Vec<f64>> = None;
-        let (mut extent, mut closest) = (0.0_f64, f64::INFINITY);
+        let mut closest = f64::INFINITY;
         let mut before: Option<(Vec<f64>, f64)> = None;
         let mut found = None;
         let start = self.done;
-        self.take(grid, &mut |step, state| {
-            let off = off(state);
-            extent = extent.max(max_norm(&off));
+        self.take(grid, &mut |step, state, [motion, all]| {
+            let off: Vec<f64> =
+                of_run.difference(&from, &point(&periods, dof, state).concat()).collect();
             let Some(normal) = &normal else {
-                normal = (step > start).then(|| off.clone());
+                let along = off.iter().zip(of_run.units()).map(|(x, unit)| x / unit / unit);
+                normal = (step > start).then(|| along.collect());
                 return ControlFlow::Continue(());
             };
             let height: f64 = normal.iter().zip(&off).map(|(n, x)| n * x).sum();
@@ -190,9 +187,8 @@ impl Walk<'_> {
                 && height >= 0.0
             {
                 let share = below / (below - height);
-                let there: Vec<f64> =
-                    last.iter().zip(&off).map(|(a, b)| a + share * (b - a)).collect();
-                let distance = max_norm(&there) / extent;
+                let there = last.iter().zip(&off).map(|(a, b)| a + share * (b - a));
+                let distance = metric(motion, all).largest(&there.collect::<Vec<_>>());
                 closest = closest.min(distance);
                 if distance <= CLOSE {
                     found = Some(((step - start - 1) as f64 + share) * h);
@@ -201,7 +197,7 @@ impl Walk<'_> {
             }
             ControlFlow::Continue(())
         })?;
-        self.is_in_motion(extent, &first, &from)?;
+        self.is_in_motion()?;
         let time = h * grid.steps as f64;
         let period = found.ok_or(CycleFailure::NoReturn { nearest: closest, time })?;
         Ok(Guess { z: from, period, multiple: None })

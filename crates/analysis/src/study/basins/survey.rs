@@ -1,0 +1,196 @@
+//! The search for the attractors and their basins.
+
+use super::known::{Found, Known, Nearby, Shown};
+use super::map::{BasinMap, Cell};
+use super::path::Path;
+use super::{Basins, UNSETTLED, UNSTABLE};
+use crate::study::ensemble::{Ensemble, GROUP, Watch};
+use crate::study::metric::Metric;
+use crate::study::outcome::{COMPLETED, Ending};
+use crate::study::ranges::Ranges;
+use crate::study::section::point;
+use afterbay_core::{InputError, StateRef};
+use std::ops::ControlFlow;
+
+/// The most attractors that are told apart. Where there are more, as in a system without friction,
+/// the other runs are unsettled.
+const MOST_ATTRACTORS: usize = 24;
+/// The most new attractors that are looked for between two comparisons of all runs.
+const NEW_AT_ONCE: usize = 8;
+/// The runs that are followed at once where those before have shown nothing new. It bounds the
+/// states that are stored.
+const TOGETHER: usize = 4 * GROUP;
+
+/// What is found so far.
+pub(super) struct Survey<'a> {
+    pub(super) basins: &'a Basins,
+    pub(super) ensemble: Ensemble<'a>,
+    /// The distance of states.
+    pub(super) metric: Metric,
+    pub(super) attractors: Vec<Known>,
+    cells: Vec<Option<Cell>>,
+}
+
+impl<'a> Survey<'a> {
+    /// A search that has not begun.
+    ///
+    /// # Errors
+    /// Invalid input, such as a method that does not apply.
+    pub(super) fn new(basins: &'a Basins, ensemble: Ensemble<'a>) -> Result<Self, InputError> {
+        let metric = basins.metric(&ensemble)?;
+        let size = basins.axes.iter().map(|axis| axis.values.len()).product();
+        Ok(Self { basins, ensemble, metric, attractors: Vec::new(), cells: vec![None; size] })
+    }
+
+    /// The map, whose runs have the step h.
+    pub(super) fn map(mut self, h: f64) -> Result<BasinMap, InputError> {
+        for i in self.basins.samples() {
+            self.discover(&[i])?;
+        }
+        loop {
+            let open: Vec<usize> = self.open(0..self.cells.len());
+            if open.is_empty() {
+                break;
+            }
+            if self.attractors.len() >= MOST_ATTRACTORS {
+                self.give_up(&open);
+                break;
+            }
+            self.compare(&open)?;
+            // The runs that reach none of the attractors show new ones.
+            let left = self.open(open);
+            let (stride, before) = (left.len().div_ceil(NEW_AT_ONCE).max(1), self.attractors.len());
+            for &i in left.iter().step_by(stride) {
+                self.discover(&[i])?;
+            }
+            if self.attractors.len() > before {
+                continue;
+            }
+            // Another comparison would be that of before. Each run decides for itself.
+            for group in left.chunks(TOGETHER) {
+                if self.attractors.len() < MOST_ATTRACTORS {
+                    self.discover(group)?;
+                }
+            }
+        }
+        let Self { ensemble, attractors, cells, .. } = self;
+        let cells = cells.into_iter().flatten().collect();
+        Ok(BasinMap { row: ensemble.row, h, attractors, cells })
+    }
+
+    /// Those of cells whose outcome is not known.
+    fn open(&self, cells: impl IntoIterator<Item = usize>) -> Vec<usize> {
+        cells.into_iter().filter(|&i| self.cells[i].is_none()).collect()
+    }
+
+    fn give_up(&mut self, open: &[usize]) {
+        let ending = Ending { outcome: UNSETTLED, failure: None };
+        let cell = Cell { attractor: None, periods: self.basins.longest, ending };
+        open.iter().for_each(|&i| self.cells[i] = Some(cell.clone()));
+    }
+
+    /// Compares the runs of open cells with the attractors.
+    fn compare(&mut self, open: &[usize]) -> Result<(), InputError> {
+        let watch = |&i: &usize| Ok((self.basins.member(i)?, Nearby::new(self)));
+        let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
+        let ended = self.ensemble.follow(members)?.into_iter();
+        let ended: Vec<_> =
+            ended.map(|(watch, ending)| (watch.reached, watch.returns, ending)).collect();
+        for (&i, (attractor, periods, ending)) in open.iter().zip(ended) {
+            if attractor.is_some() || !ending.is_completed() {
+                self.cells[i] = Some(Cell { attractor, periods, ending });
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows the runs of open cells until each reaches an attractor or shows one, and adds that
+    /// to the others if it is new.
+    fn discover(&mut self, group: &[usize]) -> Result<(), InputError> {
+        let open = self.open(group.iter().copied());
+        let ended = if self.basins.is_autonomous() {
+            self.look::<true>(&open)?
+        } else {
+            self.look::<false>(&open)?
+        };
+        for (i, ((reached, periods, shown), mut ending)) in open.into_iter().zip(ended) {
+            let mut attractor = reached;
+            if ending.is_completed() && reached.is_none() {
+                let found = match shown {
+                    Some(Shown::Known(known)) => Some(known),
+                    Some(Shown::Motion { from, extents }) => self.path(&from, extents)?,
+                    None => None,
+                };
+                ending.outcome = UNSETTLED;
+                if let Some(found) = found {
+                    attractor = self.same(&found);
+                    if attractor.is_none() && self.repels(found.cycle())? {
+                        ending.outcome = UNSTABLE;
+                    } else if attractor.is_none() && self.attractors.len() < MOST_ATTRACTORS {
+                        self.attractors.push(found);
+                        attractor = Some(self.attractors.len() - 1);
+                    }
+                }
+                if attractor.is_some() {
+                    ending.outcome = COMPLETED;
+                }
+            }
+            self.cells[i] = Some(Cell { attractor, periods, ending });
+        }
+        Ok(())
+    }
+
+    /// Follows runs until each reaches a known attractor or has settled.
+    fn look<const STEPS: bool>(&self, open: &[usize]) -> Result<Vec<(Ended, Ending)>, InputError> {
+        let nearby = Nearby::new(self);
+        let watch = |&i: &usize| Ok((self.basins.member(i)?, Found::<STEPS>::new(nearby.clone())));
+        let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
+        let ended = self.ensemble.follow(members)?.into_iter();
+        Ok(ended.map(|(watch, ending)| (watch.ended(), ending)).collect())
+    }
+
+    /// The attractor of a motion without a drive that has settled: its path from a state on it.
+    fn path(&self, from: &[f64], extents: Vec<f64>) -> Result<Option<Known>, InputError> {
+        let path = Path::new(self.basins, &self.metric, extents);
+        let ended = self.ensemble.follow(vec![(self.basins.member_at(from)?, path)])?.pop();
+        Ok(ended.filter(|ended| ended.1.is_completed()).and_then(|(path, _)| path.known()))
+    }
+}
+
+/// The known attractor that a run has reached, its returns, and what it shows.
+type Ended = (Option<usize>, u64, Option<Shown>);
+
+impl<const STEPS: bool> Watch for Found<'_, STEPS> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()> {
+        self.add(n, point(self.periods(), self.dof(), state).concat(), path)
+    }
+
+    fn step(&mut self, state: StateRef<'_, f64>) {
+        if STEPS {
+            let at = point(self.periods(), self.dof(), state).concat();
+            self.pass(&at);
+        }
+    }
+
+    const WANTS_STEPS: bool = STEPS;
+}
+
+impl Watch for Path<'_> {
+    fn see(&mut self, n: u64, _: StateRef<'_, f64>, _: &Ranges) -> ControlFlow<()> {
+        Self::goes_on(n)
+    }
+
+    fn step(&mut self, state: StateRef<'_, f64>) {
+        let at = point(self.periods(), self.dof(), state).concat();
+        self.pass(at);
+    }
+
+    const WANTS_STEPS: bool = true;
+}
+
+impl Watch for Nearby<'_> {
+    fn see(&mut self, n: u64, state: StateRef<'_, f64>, _: &Ranges) -> ControlFlow<()> {
+        let at = point(self.periods(), self.dof, state).concat();
+        self.compare(n, &at)
+    }
+}

@@ -1,0 +1,72 @@
+//! The distance in which the states of basins are compared.
+
+use super::Basins;
+use crate::progress::Silent;
+use crate::study::ensemble::{Ensemble, Watch};
+use crate::study::metric::{Metric, units};
+use crate::study::ranges::Ranges;
+use afterbay_core::{InputError, StateRef};
+use std::ops::ControlFlow;
+
+/// The returns of each half of the runs that show how far motions go.
+const RETURNS: u64 = 32;
+/// The most by which a motion that stays where it is has a larger extent in the second half.
+const GROWTH: f64 = 1.5;
+
+impl Basins {
+    /// The distance of states. The unit of an entry is the extent of the grid along it, or that of
+    /// the motion if it is larger: the median of some runs that are spread over the grid. Runs that
+    /// grow do not count.
+    pub(super) fn metric(&self, ensemble: &Ensemble<'_>) -> Result<Metric, InputError> {
+        let model = &self.problem.model;
+        let (dof, periods) = (model.degrees(), model.periods());
+        let watch =
+            |i: usize| Ok((self.member(i)?, Halves([(); 2].map(|()| Ranges::nothing(dof)))));
+        let members = self.samples().into_iter().map(watch);
+        let members = members.collect::<Result<Vec<_>, InputError>>()?;
+        let ended = Ensemble { progress: &Silent, ..*ensemble }.follow(members)?.into_iter();
+        let stays = ended.filter(|(halves, ending)| ending.is_completed() && halves.stay());
+        let moves: Vec<Vec<f64>> = stays
+            .map(|(Halves([mut all, second]), _)| {
+                all.join(&second);
+                units(&periods, &all, &all)
+            })
+            .collect();
+        let unit = |j: usize| {
+            let mut each: Vec<f64> = moves.iter().map(|units| units[j]).collect();
+            each.sort_by(f64::total_cmp);
+            each.get(each.len() / 2).copied().unwrap_or(0.0).max(self.extent(j))
+        };
+        let mut units: Vec<f64> = (0..2 * dof).map(unit).collect();
+        // What does not move at all is measured as what does.
+        let largest = units.iter().copied().fold(0.0, f64::max);
+        let other = if largest > 0.0 { largest } else { 1.0 };
+        units.iter_mut().filter(|unit| **unit == 0.0).for_each(|unit| *unit = other);
+        Ok(Metric::with_units(&periods, units))
+    }
+
+    /// The extent of the grid along entry j of (q, p).
+    fn extent(&self, j: usize) -> f64 {
+        let along = self.axes.iter().filter(|axis| self.entry(axis) == j);
+        let extent = |values: &[f64]| Some(values.last()? - values.first()?);
+        along.filter_map(|axis| extent(&axis.values)).fold(0.0, f64::max)
+    }
+}
+
+/// The ranges of the halves of a run.
+struct Halves([Ranges; 2]);
+
+impl Halves {
+    /// Whether the second half goes about as far as the first.
+    fn stay(&self) -> bool {
+        let Self([first, second]) = self;
+        (0..first.len()).all(|j| second.extent(j) <= GROWTH * first.extent(j))
+    }
+}
+
+impl Watch for Halves {
+    fn see(&mut self, n: u64, _: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()> {
+        self.0[usize::from(n > RETURNS)].join(path);
+        if n >= 2 * RETURNS { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}

@@ -1,0 +1,50 @@
+//! The sizes by which the unknowns of a cycle are measured.
+
+use faer::Mat;
+use nalgebra::DMatrix;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+
+/// The least extent of an entry that moves, relative to the largest of its kind.
+const MOVES: f64 = 1e-9;
+/// The least size, as a share of the magnitude. Corrections are roundings below 1e-16 of that.
+const OF_MAGNITUDE: f64 = 1e-5;
+
+/// Half of the extent of each q_j and p_j on a path, and the magnitudes of the other unknowns.
+/// Entries that do not move have the sizes that balance the matrix ∂Φ/∂z.
+pub(super) fn scales_of(path: &[Vec<f64>], monodromy: &Mat<f64>, x: &[f64]) -> Vec<f64> {
+    let size = path.first().map_or(0, Vec::len);
+    let [extents, magnitudes] = measured(path, size);
+    let largest = |kind: &[f64]| kind.iter().copied().fold(0.0, f64::max);
+    let (q, p) = (largest(&extents[..size / 2]), largest(&extents[size / 2..]));
+    let moves = |j: usize| extents[j] > MOVES * if j < size / 2 { q } else { p };
+    let balance = balance(monodromy);
+    let resting = (0..size / 2).filter(|&j| !moves(j)).map(|j| balance[j]).fold(0.0, f64::max);
+    let scale = |j: usize| {
+        let found = if moves(j) { extents[j] } else { q * balance[j] / resting };
+        found.max(OF_MAGNITUDE * magnitudes[j])
+    };
+    let usable = |scale: f64| if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
+    (0..size).map(scale).map(usable).chain(x[size..].iter().map(|x| x.abs())).collect()
+}
+
+/// Half of the extent of each entry on a path, and its largest magnitude.
+fn measured(path: &[Vec<f64>], size: usize) -> [Vec<f64>; 2] {
+    let range = |j: usize| {
+        let values = || path.iter().map(|z| z[j]);
+        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+    };
+    let ranges: Vec<[f64; 2]> = (0..size).map(range).collect();
+    [
+        ranges.iter().map(|[least, most]| 0.5 * (most - least)).collect(),
+        ranges.iter().map(|[least, most]| least.abs().max(most.abs())).collect(),
+    ]
+}
+
+/// The sizes d_j for which the rows and columns of M_ij d_j/d_i have about equal norms.
+fn balance(matrix: &Mat<f64>) -> Vec<f64> {
+    let mut matrix = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)]);
+    if matrix.iter().any(|x| !x.is_finite()) {
+        return vec![1.0; matrix.nrows()];
+    }
+    balance_parlett_reinsch(&mut matrix).iter().copied().collect()
+}
