@@ -26,9 +26,16 @@ fn blocks(text: &str) -> Vec<Block> {
     all
 }
 
-/// The output and the exit code of a shell command in a folder.
+/// The output and the exit code of a shell command in a folder. Charts are drawn as SVG alone, since
+/// pictures take most of the time.
 fn shell(folder: &Path, line: &str) -> (Vec<String>, i32) {
     let command = line.strip_prefix("afterbay ").unwrap_or_else(|| panic!("not ours: {line}"));
+    let draws =
+        ["run ", "study ", "compare ", "merge "].iter().any(|name| command.starts_with(name));
+    let command = match command.split_once(' ') {
+        Some((name, rest)) if draws => format!("{name} --no-png {rest}"),
+        _ => command.to_owned(),
+    };
     let output = Command::new("sh")
         .args(["-c", &format!("\"$AFTERBAY\" {command}")])
         .env("AFTERBAY", env!("CARGO_BIN_EXE_afterbay"))
