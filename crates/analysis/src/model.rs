@@ -6,7 +6,7 @@ mod serialize;
 
 use afterbay_core::{Drive, InputError, Motors, Passive};
 use afterbay_systems::catalog::SystemRow;
-use afterbay_systems::{CustomDrive, CustomError, Described};
+use afterbay_systems::{CustomDrive, CustomError, Described, whole_multiples};
 use thiserror::Error;
 
 pub use binding::Lanes;
@@ -236,16 +236,13 @@ impl Model {
     }
 }
 
-/// The shortest multiple of the longer of two periods that is one of the other too, up to twelve
-/// times it.
+/// The shortest multiple of the longer of two periods that is one of the other too.
 fn common_period(a: f64, b: f64) -> Option<f64> {
-    /// The largest deviation of the ratio from a whole number. It covers periods given with ten
-    /// digits.
-    const WHOLE_RATIO_TOLERANCE: f64 = 1e-9;
-    (1..=12).map(|times| f64::from(times) * a.max(b)).find(|long| {
-        let ratio = long / a.min(b);
-        (ratio - ratio.round()).abs() <= WHOLE_RATIO_TOLERANCE * ratio
-    })
+    /// The largest deviation of the ratio from one of whole numbers. It covers periods given with
+    /// ten digits.
+    const RATIO_TOLERANCE: f64 = 1e-9;
+    let [times, _] = whole_multiples(a.max(b) / a.min(b), RATIO_TOLERANCE)?;
+    Some(times * a.max(b))
 }
 
 #[cfg(test)]

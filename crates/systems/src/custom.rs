@@ -60,6 +60,7 @@ pub use drive::CustomDrive;
 pub use failure::{CustomError, Place};
 pub use function::CustomFunction;
 pub use general::CustomGeneral;
+pub use period::whole_multiples;
 pub use structure::Structure;
 
 use afterbay_core::{DissipationForm, Scalar, validate};

@@ -33,7 +33,7 @@ pub use catalog::{
 pub use custom::{
     Custom, CustomDrive, CustomError, CustomFunction, CustomGeneral, Described, Description,
     DissipationText, DriveDescription, FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS,
-    FunctionDescription, GeneralDescription, Place, Problem, Structure,
+    FunctionDescription, GeneralDescription, Place, Problem, Structure, whole_multiples,
 };
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;

@@ -279,6 +279,12 @@ fn the_amplitude_is_without_turns() {
     close("period", short.period, TAU / 5.0, 0.01);
     close("amplitude", short.amplitude[0], (short.period / TAU).powi(2), 1e-3);
     close("amplitude", short.amplitude[0], long.amplitude[0], 1e-7);
+    // The torque in V.
+    let tilted = custom("potential = \"-cos(q1) - 0.5*q1\"\ndissipation = [\"0.1*v1\"]");
+    let tilted = study(problem(&tilted, "", [0.0, 5.0]), 100.0);
+    let same = only(&tilted.run(row("rk4"), 0.02, &Silent).unwrap());
+    close("period", same.period, short.period, 1e-12);
+    close("amplitude", same.amplitude[0], short.amplitude[0], 1e-12);
 }
 
 #[test]

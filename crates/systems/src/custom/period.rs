@@ -1,6 +1,7 @@
 //! The periods of coordinates and of the time: functions are periodic in an input that occurs only
 //! in sines, cosines and fractional parts of frequencies that are multiples of one. A sine changes
-//! its sign after half a period, so that its square has half the period.
+//! its sign after half a period, so that its square has half the period. A potential may have a term
+//! that is linear in a coordinate as well: its force is constant, as that of a torque.
 
 use super::Custom;
 use afterbay_expression::{Function, Graph, Input, Kinds, Node, Term};
@@ -17,6 +18,8 @@ enum Dependence {
     Periodic(f64),
     /// It is periodic with this angular frequency, and changes its sign after half a period.
     Alternating(f64),
+    /// It is periodic with this angular frequency but for a multiple of the input.
+    Tilted(f64),
     /// Any other dependence.
     Other,
 }
@@ -24,15 +27,13 @@ enum Dependence {
 /// The largest relative deviation of the ratio of two frequencies from a whole number. A choice:
 /// some thousand roundings.
 const WHOLE_RATIO_TOLERANCE: f64 = 1e-12;
-/// The largest multiple of a common frequency that the lower of two frequencies may be. A choice.
-const MOST_MULTIPLE: u32 = 12;
 
 impl Dependence {
     /// The dependence of any function of two terms.
     fn with(self, other: Self) -> Self {
         match (self, other) {
             (Self::Constant, x) | (x, Self::Constant) => match x {
-                Self::Affine(_) => Self::Other,
+                Self::Affine(_) | Self::Tilted(_) => Self::Other,
                 Self::Alternating(frequency) => Self::Periodic(frequency),
                 x => x,
             },
@@ -61,7 +62,7 @@ impl Dependence {
             (Function::Fraction, Self::Affine(rate)) => {
                 Self::Periodic(std::f64::consts::TAU * rate.abs())
             }
-            (_, Self::Affine(_)) => Self::Other,
+            (_, Self::Affine(_) | Self::Tilted(_)) => Self::Other,
             (
                 Function::Abs | Function::Cos | Function::Cosh | Function::Sech,
                 Self::Alternating(f),
@@ -87,11 +88,28 @@ impl Dependence {
             (Self::Affine(a), Self::Affine(b)) => Self::affine(a + sign * b),
             (Self::Affine(a), Self::Constant) => Self::Affine(a),
             (Self::Constant, Self::Affine(b)) => Self::Affine(sign * b),
+            (Self::Tilted(f), Self::Constant | Self::Affine(_))
+            | (Self::Constant | Self::Affine(_), Self::Tilted(f))
+            | (Self::Affine(_), Self::Periodic(f) | Self::Alternating(f))
+            | (Self::Periodic(f) | Self::Alternating(f), Self::Affine(_)) => Self::Tilted(f),
+            (Self::Tilted(a), b) | (b, Self::Tilted(a)) => {
+                let both = common(Self::Periodic(a), b.level());
+                both.map_or(Self::Other, |(base, _)| Self::Tilted(base))
+            }
             (Self::Alternating(_), Self::Alternating(_)) => match common(self, other) {
                 Some((base, [a, b])) if a % 2.0 == 1.0 && b % 2.0 == 1.0 => Self::Alternating(base),
                 _ => self.with(other),
             },
             _ => self.with(other),
+        }
+    }
+
+    /// The dependence without a multiple of the input.
+    fn level(self) -> Self {
+        match self {
+            Self::Affine(_) => Self::Constant,
+            Self::Tilted(frequency) => Self::Periodic(frequency),
+            other => other,
         }
     }
 
@@ -103,7 +121,7 @@ impl Dependence {
     fn times(self, number: Option<f64>) -> Self {
         match (self, number) {
             (Self::Affine(rate), Some(number)) => Self::affine(rate * number),
-            (Self::Affine(_), None) => Self::Other,
+            (Self::Affine(_) | Self::Tilted(_), None) => Self::Other,
             _ => self,
         }
     }
@@ -114,26 +132,33 @@ fn common(a: Dependence, b: Dependence) -> Option<(f64, [f64; 2])> {
     use Dependence::{Alternating, Periodic};
     let (Periodic(a) | Alternating(a)) = a else { return None };
     let (Periodic(b) | Alternating(b)) = b else { return None };
-    let (low, high) = (a.min(b), a.max(b));
-    (1..=MOST_MULTIPLE).find_map(|multiple| {
-        let base = low / f64::from(multiple);
-        let other = (high / base).round();
-        let whole = (high - other * base).abs() <= WHOLE_RATIO_TOLERANCE * high;
-        whole.then_some((base, [f64::from(multiple), other]))
+    let low = a.min(b);
+    let multiples = whole_multiples(a.max(b) / low, WHOLE_RATIO_TOLERANCE)?;
+    Some((low / multiples[0], multiples))
+}
+
+/// The least whole numbers m and n with n/m equal to a ratio that is at least 1: frequencies in this
+/// ratio are m and n times one, and m times the longer period is n times the shorter. None if m
+/// would be above twelve, a choice.
+pub fn whole_multiples(ratio: f64, tolerance: f64) -> Option<[f64; 2]> {
+    (1..=12).map(f64::from).find_map(|m| {
+        let n = (m * ratio).round();
+        ((m * ratio - n).abs() <= tolerance * n).then_some([m, n])
     })
 }
 
 impl Custom<f64> {
-    /// The period of each coordinate, if the form shows one: V and every D_i are the same at q_j
-    /// and at q_j plus the period. There is none if q_j occurs outside of sines and cosines of
-    /// linear forms, if their frequencies are no multiples of one, or if q_j does not occur.
+    /// The period of each coordinate, if the form shows one: all ∂V/∂q_i and every D_i are the same
+    /// at q_j and at q_j plus the period. There is none if q_j occurs outside of sines and cosines
+    /// of linear forms, but for a multiple of q_j in V, if their frequencies are no multiples of
+    /// one, or if q_j does not occur in one.
     pub fn periods(&self) -> Vec<Option<f64>> {
         let shape = &self.shape;
         periods(&shape.graph, &shape.fields, shape.dof, &self.parameters)
     }
 }
 
-/// The period of each coordinate in these functions of (q, p, v).
+/// The period of each coordinate in these functions of (q, p, v), the first of which is V or H.
 pub(super) fn periods(
     graph: &Graph,
     roots: &[Node],
@@ -150,7 +175,13 @@ pub(super) fn periods(
     let numbers = graph.evaluate(&closed, parameters, &|_| 0.0);
     let moving = graph.cone(roots, Kinds::COORDINATES);
     let by = |j| Input::Coordinate(j as u32);
-    (0..dof).map(|j| period(graph, roots, by(j), &moving, &numbers)).collect()
+    let period_by = |j| {
+        let mut all = dependences(graph, roots, by(j), &moving, &numbers);
+        // The force of a multiple of the coordinate is constant.
+        all[0] = all[0].level();
+        period(all)
+    };
+    (0..dof).map(period_by).collect()
 }
 
 /// The period of these functions in t, which is the end of an edge in them.
@@ -158,16 +189,17 @@ pub(super) fn in_time(graph: &Graph, roots: &[Node], parameters: &[f64]) -> Opti
     let nodes = graph.all(roots);
     let closed: Vec<Node> = nodes.iter().copied().filter(|&x| graph.closed(x)).collect();
     let numbers = graph.evaluate(&closed, parameters, &|_| 0.0);
-    period(graph, roots, Input::End, &graph.cone(roots, Kinds::END), &numbers)
+    period(dependences(graph, roots, Input::End, &graph.cone(roots, Kinds::END), &numbers))
 }
 
-fn period(
+/// The dependence of each root on an input.
+fn dependences(
     graph: &Graph,
     roots: &[Node],
     by: Input,
     nodes: &[Node],
     numbers: &HashMap<Node, f64>,
-) -> Option<f64> {
+) -> Vec<Dependence> {
     let mut courses: HashMap<Node, Dependence> = HashMap::with_capacity(nodes.len());
     for &node in nodes {
         let at = |x: Node| courses.get(&x).copied().unwrap_or(Dependence::Constant);
@@ -184,7 +216,9 @@ fn period(
             },
             Term::Quotient(a, b) => match (at(a), at(b)) {
                 (a, Dependence::Constant) => a.times(number(b).map(f64::recip)),
-                (Dependence::Constant, Dependence::Affine(_)) => Dependence::Other,
+                (Dependence::Constant, Dependence::Affine(_) | Dependence::Tilted(_)) => {
+                    Dependence::Other
+                }
                 (Dependence::Constant, b) => b,
                 (a, b) => a.product(b),
             },
@@ -200,11 +234,14 @@ fn period(
         };
         courses.insert(node, course);
     }
-    let roots = roots.iter().filter_map(|root| courses.get(root).copied());
-    match roots.fold(Dependence::Constant, Dependence::with) {
-        Dependence::Periodic(frequency) | Dependence::Alternating(frequency) => {
-            Some(std::f64::consts::TAU / frequency)
-        }
-        Dependence::Constant | Dependence::Affine(_) | Dependence::Other => None,
+    roots.iter().map(|root| courses.get(root).copied().unwrap_or(Dependence::Constant)).collect()
+}
+
+/// The period of functions with these dependences.
+fn period(all: Vec<Dependence>) -> Option<f64> {
+    use Dependence::{Affine, Alternating, Constant, Other, Periodic, Tilted};
+    match all.into_iter().fold(Constant, Dependence::with) {
+        Periodic(frequency) | Alternating(frequency) => Some(std::f64::consts::TAU / frequency),
+        Constant | Affine(_) | Tilted(_) | Other => None,
     }
 }

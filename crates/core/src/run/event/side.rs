@@ -1,0 +1,40 @@
+//! The side of zero on which a function of the state is.
+
+use super::NOISE_ROUNDINGS;
+
+/// The side of zero on which a function is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    /// The sign of the function, or the one it has once it leaves zero; 0 if that is not known.
+    pub(super) sign: f64,
+    /// If it is at zero, the size of a value that is a rounding of zero.
+    pub(super) at_zero: Option<f64>,
+    /// Whether an event changed the state there, or it is at a wall.
+    pub(super) turned: bool,
+}
+
+impl Side {
+    /// The side of a value.
+    pub(super) fn of(value: f64) -> Self {
+        let (sign, at_zero) = if value == 0.0 { (0.0, Some(0.0)) } else { (value.signum(), None) };
+        Self { sign, at_zero, turned: false }
+    }
+
+    /// Records an event at a zero with this value: the function is then beyond zero, or back on its
+    /// side if the event `turned` it there.
+    pub(super) fn happen(&mut self, value: f64, scale: f64, turned: bool) {
+        let noise = NOISE_ROUNDINGS * value.abs().max(f64::EPSILON * scale);
+        let sign = if turned { self.sign } else { -self.sign };
+        *self = Self { sign, at_zero: Some(noise), turned };
+    }
+
+    /// Records the value at the end of a step without another event.
+    pub(super) fn leave(&mut self, value: f64) {
+        match self.at_zero {
+            // A rounding on the wrong side of zero is not yet a side.
+            Some(noise) if value * self.sign <= 0.0 && value.abs() <= noise => self.turned = false,
+            _ if value == 0.0 => {}
+            _ => *self = Self::of(value),
+        }
+    }
+}
