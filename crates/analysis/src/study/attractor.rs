@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 const ALIKE: f64 = 0.05;
 /// The least number of returns after which a cycle must repeat.
 const REPEATS: usize = 2;
+/// The largest distance of points from those of the first turn of a cycle, as a share of the
+/// distance of its other points.
+const OF_CYCLE: f64 = 0.01;
 /// The outcome of a run that grows all along, which shows no attractor.
 pub const GROWING: &str = "growing";
 /// The word for a motion that has no period because it still approaches a cycle.
@@ -17,10 +20,14 @@ pub const SETTLING: &str = "still settling";
 const POINTS_A_RETURN: usize = 32;
 /// The longest cycle, in returns, that a settling motion is seen to approach.
 const LONGEST_APPROACHED: usize = 8;
-/// The largest distance of points in the last quarter of a settling motion, as a share of that in
-/// the first. A choice: at most three of a thousand stretches of the logistic map's chaos show
-/// less.
-const LEFT: f64 = 0.2;
+/// The parts of a settling motion in which distances of points fall, and the mean distance in the
+/// last as a share of that in the first. A choice: at most three of a thousand stretches of the
+/// logistic map's chaos show either.
+const FALLS: [(usize, f64); 2] = [(4, 0.2), (8, 0.6)];
+/// The least factor from the size of the last part of a run but one to that of the last, if it
+/// grows. One that grows steadily shows a sixth more in the end, one that has come up to a cycle
+/// next to nothing.
+const STILL_GROWS: f64 = 1.02;
 /// The parts of a run whose sizes show that it grows.
 const PARTS: usize = 8;
 /// The least returns of each of these parts.
@@ -56,12 +63,13 @@ impl SizeHistory {
         }
     }
 
-    /// Whether the run grows: after the first part, its size rises from each part to the next, and
-    /// to three times or more in all. A short run does not tell.
+    /// Whether the run grows: after the first part, its size rises from each part to the next, in
+    /// the end by 2 % or more, and to three times or more in all. A short run does not tell.
     pub(crate) fn is_seen(&self) -> bool {
         let rises = self.sizes[1..].windows(2).all(|pair| pair[1] > pair[0]);
         let enough = self.last >= PARTS as u64 * RETURNS_A_PART;
-        enough && rises && self.sizes[PARTS - 1] > GROWN * self.sizes[1]
+        let [before, last] = [PARTS - 2, PARTS - 1].map(|part| self.sizes[part]);
+        enough && rises && last > STILL_GROWS * before && last > GROWN * self.sizes[1]
     }
 
     /// The outcome of the run: [`GROWING`] if it has reached its end and grows.
@@ -98,9 +106,7 @@ impl Attractor {
         if points.len() < 2 {
             return None;
         }
-        let same = |a: &[f64], b: &[f64]| metric.distance(a, b) <= SAME;
-        let repeats = |&k: &usize| (k..points.len()).all(|i| same(&points[i], &points[i - k]));
-        let kind = (1..=points.len() / REPEATS).find(repeats).map_or(Kind::Aperiodic, Kind::Period);
+        let kind = period(&points, &metric).map_or(Kind::Aperiodic, Kind::Period);
         Some(Self { points, metric, kind })
     }
 
@@ -110,16 +116,22 @@ impl Attractor {
     }
 
     /// Whether the motion has no period because it still approaches a cycle. For some number of
-    /// returns k, the largest distance of points k returns apart then falls from each quarter of
-    /// the points to the next, and to a fifth at most in all.
+    /// returns k, the mean distance of points k returns apart then falls from each quarter of the
+    /// points to the next, and to a fifth at most in all, or from each eighth to the next, and to
+    /// three fifths. The mean is that of squares, which is the same for all phases of a spiral.
     pub fn is_settling(&self) -> bool {
         let Self { points, metric, kind: Kind::Aperiodic } = self else { return false };
         let approaches = |k: usize| {
-            let moves = points.windows(k + 1).map(|passed| metric.distance(&passed[k], &passed[0]));
-            let moves: Vec<_> = moves.collect();
-            let quarters: Vec<_> = moves.chunks(moves.len().div_ceil(4)).map(max_norm).collect();
-            let falls = quarters.windows(2).all(|pair| pair[1] < pair[0]);
-            falls && quarters[quarters.len() - 1] <= LEFT * quarters[0]
+            let squares =
+                points.windows(k + 1).map(|passed| metric.squared(&passed[k], &passed[0]));
+            let squares: Vec<_> = squares.collect();
+            let mean = |part: &[f64]| (part.iter().sum::<f64>() / part.len() as f64).sqrt();
+            FALLS.into_iter().any(|(parts, left)| {
+                let parts: Vec<_> =
+                    squares.chunks(squares.len().div_ceil(parts)).map(mean).collect();
+                let falls = parts.windows(2).all(|pair| pair[1] < pair[0]);
+                falls && parts[parts.len() - 1] <= left * parts[0]
+            })
         };
         let longest = LONGEST_APPROACHED.min(points.len() / POINTS_A_RETURN);
         (1..=longest).any(approaches)
@@ -189,6 +201,24 @@ impl Kind {
     }
 }
 
+/// The number of returns after which points are the same. They may be those of a transient.
+pub(super) fn first_return(points: &[Vec<f64>], metric: &Metric) -> Option<usize> {
+    let same = |i: usize, k: usize| metric.distance(&points[i], &points[k]) <= SAME;
+    let repeats = |&k: &usize| (k..points.len()).all(|i| same(i, i - k));
+    (1..=points.len() / REPEATS).find(repeats)
+}
+
+/// The number of returns after which points repeat. Those of a transient may be the same after some
+/// returns as well, but move on from turn to turn.
+fn period(points: &[Vec<f64>], metric: &Metric) -> Option<usize> {
+    let (count, period) = (points.len(), first_return(points, metric)?);
+    let distance = |i: usize, k: usize| metric.distance(&points[i], &points[k]);
+    let apart = |k: usize| (k..count).map(|i| distance(i, i - k)).fold(0.0, f64::max);
+    let others = (1..period).map(apart).fold(f64::INFINITY, f64::min);
+    let moved = (period..count).map(|i| distance(i, i % period)).fold(0.0, f64::max);
+    (moved <= OF_CYCLE * others).then_some(period)
+}
+
 /// The largest magnitude.
 pub fn max_norm(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
@@ -199,6 +229,7 @@ mod tests {
     use super::super::ranges::Ranges;
     use super::*;
     use afterbay_core::StateRef;
+    use std::f64::consts::{PI, TAU};
 
     /// Of a motion from 2 that passes 0 between its points.
     fn attractor(points: &[f64]) -> Attractor {
@@ -234,6 +265,27 @@ mod tests {
         assert!(decayed.is_like(&more) && more.is_like(&decayed));
         let small = attractor(&[4e-4, -2e-4, 1e-4, -5e-5]);
         assert!(small.kind == Kind::Aperiodic && !small.is_like(&more));
+    }
+
+    #[test]
+    fn what_is_left_of_a_transient_has_no_period_of_its_own() {
+        // A spiral to a cycle of period 1 that turns by nearly a seventh in each return, and a flip.
+        let spiral = |rate: f64, turn: f64| {
+            let x =
+                |n: i32| 1.0 + 0.002 * (-rate * f64::from(n)).exp() * (turn * f64::from(n)).cos();
+            attractor(&(0..100).map(x).collect::<Vec<_>>())
+        };
+        for rate in [0.04, 0.02, 0.01] {
+            for turn in [TAU / 7.01, PI, 0.4 * TAU] {
+                let found = spiral(rate, turn);
+                assert_eq!(found.kind, Kind::Aperiodic, "{rate} {turn}");
+                assert!(found.is_settling(), "{rate} {turn}");
+            }
+        }
+        // A cycle of period 2 whose points are as near.
+        let of_two = |n: usize| if n.is_multiple_of(2) { 1.0 } else { 1.002 };
+        let of_two = attractor(&(0..100).map(of_two).collect::<Vec<_>>());
+        assert_eq!(of_two.kind, Kind::Period(2));
     }
 
     #[test]
@@ -275,6 +327,8 @@ mod tests {
         // Motion that stays, decays, has come up to a cycle, or is too short.
         assert!(!grows(208, &wave) && !grows(208, &|n| (-0.01 * n).exp() * wave(n)));
         assert!(!grows(208, &|n| 1.0 - (-0.05 * n).exp()) && !grows(31, &|n| n));
+        // It has grown, and has come up to its cycle.
+        assert!(!grows(440, &|n| 2.0 / (1.0 + 4e4 * (-0.0628 * n).exp()).sqrt()));
         let growing = (1..1000).filter(|&seed| {
             let (mut x, mut growth) = (f64::from(seed) / 1000.0, SizeHistory::new(208));
             (1..=208).for_each(|n| {

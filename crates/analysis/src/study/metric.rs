@@ -7,22 +7,28 @@ use serde::{Deserialize, Serialize};
 /// The least unit of an entry, as a share of its extent in the whole run. What is left of a
 /// transient is smaller.
 const OF_RUN: f64 = 1e-3;
-/// The least unit, as a share of the largest extent of a coordinate, or of a momentum. An entry
-/// that stays where it is, as by a symmetry, moves by roundings of the others.
-const OF_OTHERS: f64 = 1e-8;
-/// The least unit, as a share of the largest magnitude of the entry, of which roundings are 1e-16.
-const OF_MAGNITUDE: f64 = 1e-9;
+/// The largest difference that is none, as a share of the largest extent of a coordinate, or of a
+/// momentum. An entry that stays where it is, as by a symmetry, moves by roundings of the others.
+const OF_OTHERS: f64 = 1e-10;
+/// The largest difference that is none, as a share of the largest magnitude of the entry: some
+/// thousand roundings.
+const OF_MAGNITUDE: f64 = 1e-12;
+/// The largest extent of a coordinate that does not move, in units.
+const AT_REST: f64 = 1e-5;
 /// The largest difference, in units, of states that count as one.
 pub(super) const SAME: f64 = 1e-4;
 
 /// The distance of states (q, p): the largest difference of an entry, in units of its own. The unit
 /// is the extent of the entry along the motion that has settled, and has a bound from below.
-/// Differences of an angle are less its whole turns.
+/// Differences of an angle are less its whole turns. Differences that are roundings beside the
+/// motion count as 0, and so do those of a momentum whose coordinate does not move.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Metric {
     /// The periods of the coordinates that have one.
     periods: Vec<Option<f64>>,
     units: Vec<f64>,
+    /// The largest difference of each entry that is none.
+    least: Vec<f64>,
     /// Whether no coordinate moves.
     at_rest: bool,
 }
@@ -30,19 +36,22 @@ pub struct Metric {
 impl Metric {
     /// That of a run, by the ranges of its motion that has settled, and by those of all of it.
     pub(super) fn of(periods: &[Option<f64>], settled: &Ranges, run: &Ranges) -> Self {
-        let (mut units, dof) = (units(periods, settled, run), settled.len() / 2);
-        // Where no coordinate moves the momenta are those of a rest, and their roundings have
-        // nothing that they could be compared with.
-        let at_rest = (0..dof).all(|j| extent(periods, settled, j) <= SAME * units[j]);
-        if at_rest {
-            units[dof..].fill(f64::MAX);
-        }
-        Self { periods: periods.to_vec(), units, at_rest }
+        let (size, dof) = (settled.len(), settled.len() / 2);
+        let units: Vec<f64> = (0..size).map(|j| unit(periods, settled, run, j)).collect();
+        let mut least: Vec<f64> = (0..size).map(|j| rounding(periods, settled, j)).collect();
+        let moves = |j: usize| extent(periods, settled, j) > least[j].max(AT_REST * units[j]);
+        let moving: Vec<bool> = (0..dof).map(moves).collect();
+        // The momentum of a coordinate at rest has nothing that its roundings could be compared with.
+        let momenta = least[dof..].iter_mut().zip(&moving);
+        momenta.filter(|(_, moves)| !**moves).for_each(|(least, _)| *least = f64::MAX);
+        let at_rest = !moving.contains(&true);
+        Self { periods: periods.to_vec(), units, least, at_rest }
     }
 
     /// That of given units.
     pub(super) fn with_units(periods: &[Option<f64>], units: Vec<f64>) -> Self {
-        Self { periods: periods.to_vec(), units, at_rest: false }
+        let least = vec![0.0; units.len()];
+        Self { periods: periods.to_vec(), units, least, at_rest: false }
     }
 
     /// The distance whose units are the extents of a motion, at least a share of these units.
@@ -53,7 +62,12 @@ impl Metric {
 
     /// The distance of two states.
     pub(super) fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
-        self.difference(a, b).zip(&self.units).map(in_units).fold(0.0, f64::max)
+        self.in_units(self.difference(a, b)).fold(0.0, f64::max)
+    }
+
+    /// The sum of the squared differences of the entries, in their units.
+    pub(super) fn squared(&self, a: &[f64], b: &[f64]) -> f64 {
+        self.in_units(self.difference(a, b)).map(|off| off * off).sum()
     }
 
     /// b - a, each angle less its whole turns.
@@ -80,6 +94,12 @@ impl Metric {
         self.at_rest
     }
 
+    /// The extent of each entry in the motion, 0 where it does not move.
+    pub(super) fn extents(&self) -> Vec<f64> {
+        let moving = |(&unit, &least): (&f64, &f64)| if unit > least { unit } else { 0.0 };
+        self.units.iter().zip(&self.least).map(moving).collect()
+    }
+
     /// The unit of each entry.
     pub(super) fn units(&self) -> &[f64] {
         &self.units
@@ -87,36 +107,39 @@ impl Metric {
 
     /// The largest of differences of the entries, in their units.
     pub(super) fn largest(&self, off: &[f64]) -> f64 {
-        off.iter().copied().zip(&self.units).map(in_units).fold(0.0, f64::max)
+        self.in_units(off.iter().copied()).fold(0.0, f64::max)
+    }
+
+    /// The magnitudes of differences, in units; 0 for those that are none.
+    fn in_units<'a>(
+        &'a self,
+        off: impl Iterator<Item = f64> + 'a,
+    ) -> impl Iterator<Item = f64> + 'a {
+        let in_units = |((off, &unit), &least): ((f64, &f64), &f64)| {
+            if off.abs() <= least { 0.0 } else { off.abs() / unit.max(least) }
+        };
+        off.zip(&self.units).zip(&self.least).map(in_units)
     }
 }
 
-/// The unit of each entry of (q, p): its extent in the motion that has settled, with a bound from
-/// below. 0 for one that does not move at all.
-pub(super) fn units(periods: &[Option<f64>], settled: &Ranges, run: &Ranges) -> Vec<f64> {
+/// The unit of entry j of (q, p): its extent in the motion that has settled, or what may be left of
+/// a transient. 0 for one that does not move at all.
+fn unit(periods: &[Option<f64>], settled: &Ranges, run: &Ranges, j: usize) -> f64 {
+    extent(periods, settled, j).max(OF_RUN * extent(periods, run, j))
+}
+
+/// The largest difference of entry j that is a rounding.
+fn rounding(periods: &[Option<f64>], settled: &Ranges, j: usize) -> f64 {
     let (size, dof) = (settled.len(), settled.len() / 2);
-    let of_others = |j: usize| {
-        let kind = if j < dof { 0..dof } else { dof..size };
-        kind.map(|i| extent(periods, settled, i)).fold(0.0, f64::max)
-    };
-    let unit = |j: usize| {
-        extent(periods, settled, j)
-            .max(OF_RUN * extent(periods, run, j))
-            .max(OF_OTHERS * of_others(j))
-            .max(OF_MAGNITUDE * settled.magnitude(j))
-    };
-    (0..size).map(unit).collect()
+    let kind = if j < dof { 0..dof } else { dof..size };
+    let others = kind.map(|i| extent(periods, settled, i)).fold(0.0, f64::max);
+    (OF_OTHERS * others).max(OF_MAGNITUDE * settled.magnitude(j))
 }
 
 /// The extent of entry j, of an angle at most a turn.
 fn extent(periods: &[Option<f64>], ranges: &Ranges, j: usize) -> f64 {
     let turn = periods.get(j).copied().flatten().unwrap_or(f64::INFINITY);
     ranges.extent(j).min(turn)
-}
-
-/// A difference in units. An entry that never moves has the unit 0.
-fn in_units((off, &unit): (f64, &f64)) -> f64 {
-    if off == 0.0 { 0.0 } else { off.abs() / unit }
 }
 
 #[cfg(test)]
@@ -136,10 +159,12 @@ mod tests {
     fn an_entry_is_measured_by_its_own_motion() {
         let motion = ranges(&[[[1e5, 2e-6], [3.0, 0.0]], [[1e5 + 1.0, 0.0], [1e3, 0.0]]]);
         let metric = Metric::of(&[None; 2], &motion, &motion);
-        // The momentum that does not move has the bound by the other.
-        assert_eq!(metric.units(), [1.0, 2e-6, 997.0, 997e-8]);
+        assert_eq!(metric.units(), [1.0, 2e-6, 997.0, 0.0]);
         let far = metric.distance(&[1e5, 0.0, 3.0, 0.0], &[1e5 + 0.25, 1e-6, 3.0, 0.0]);
         assert!((far - 0.5).abs() < 1e-9 && !metric.is_at_rest());
+        // A momentum that does not move has the roundings of the other, and not their size.
+        let off = |p: f64| metric.distance(&[1e5, 0.0, 3.0, 0.0], &[1e5, 0.0, 3.0, p]);
+        assert!(off(5e-8) == 0.0 && off(1e-6) > 1.0);
     }
 
     #[test]
@@ -152,17 +177,27 @@ mod tests {
     }
 
     #[test]
+    fn roundings_of_a_momentum_whose_coordinate_rests_are_no_motion() {
+        let motion = ranges(&[[[0.0, 1e3], [0.0, 3e-9]], [[1e-3, 1e3 + 2e-13], [1e-3, -2e-9]]]);
+        let metric = Metric::of(&[None; 2], &motion, &motion);
+        assert!(!metric.is_at_rest());
+        assert_eq!(metric.distance(&[0.0, 1e3, 0.0, 3e-9], &[0.0, 1e3 + 2e-13, 0.0, -2e-9]), 0.0);
+        assert!(metric.distance(&[0.0, 1e3, 0.0, 0.0], &[0.0, -1e3, 0.0, 0.0]) > 1.0);
+    }
+
+    #[test]
     fn what_is_left_of_a_transient_is_a_rest() {
         let all = ranges(&[[[5.0, -3.0], [2.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]]]);
         let at = |off: f64| ranges(&[[[1.0, 0.0], [off, -off]], [[1.0 + off, off], [0.0; 2]]]);
-        let metric = Metric::of(&[None; 2], &at(1e-8), &all);
+        let metric = Metric::of(&[None; 2], &at(2e-9), &all);
         assert!(metric.is_at_rest());
-        assert!(metric.distance(&[1.0, 0.0, 9e-9, 0.0], &[1.0, 1e-8, -3e-9, 1e-8]) < SAME);
+        assert!(metric.distance(&[1.0, 0.0, 2e-9, 0.0], &[1.0, 2e-9, -1e-9, 2e-9]) < SAME);
         assert!(!Metric::of(&[None; 2], &at(1e-5), &all).is_at_rest());
         // A start at rest.
         let rest = ranges(&[[[2.0, 0.0], [0.0; 2]]]);
         let metric = Metric::of(&[None; 2], &rest, &rest);
         assert!(metric.is_at_rest());
-        assert!(metric.distance(&[2.0, 0.0, 0.0, 0.0], &[2.0, 0.0, 1e-17, 0.0]) < SAME);
+        let far = |q: f64, p: f64| metric.distance(&[2.0, 0.0, 0.0, 0.0], &[q, 0.0, p, 0.0]);
+        assert!(far(2.0, 1e-3) == 0.0 && far(1.9, 0.0) > 1.0);
     }
 }

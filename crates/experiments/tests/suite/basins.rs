@@ -187,3 +187,62 @@ fn agreement_is_told_of_the_cells_with_an_attractor() {
         assert!(said.contains(&part), "{part:?} in {said}");
     }
 }
+
+/// Runs of a system under a force, from a grid of states of the first coordinate.
+fn under_a_force(
+    system: &str,
+    force: &str,
+    [q, p]: [&str; 2],
+    (extent, count): (f64, u32),
+    longest: u64,
+) -> Basins {
+    let text = format!(
+        "[system]\n{system}\n[drive]\nforce = {force}\n[initial]\nq = {q}\np = {p}\n[time]\n\
+         end = 1.0\nstep = 0.1\n"
+    );
+    let axis = |variable| {
+        let axis = axis(variable, count);
+        Axis { values: axis.values.into_iter().map(|x| 0.5 * extent * x).collect(), ..axis }
+    };
+    Basins {
+        problem: Scene::read(&text).unwrap_or_else(|error| panic!("{error}")).problem,
+        section: Section::Stroboscopic { interval: None },
+        axes: [axis(Variable::Q), axis(Variable::P)],
+        longest,
+    }
+}
+
+fn kinds(study: &Basins, h: f64) -> Vec<Kind> {
+    let found = study.run(find("rk4").unwrap(), h, &Silent).unwrap();
+    found.attractors.iter().map(|known| known.attractor.kind).collect()
+}
+
+/// Two chaotic masses have an attractor of four dimensions, which 4000 states do not fill.
+#[test]
+fn an_attractor_of_many_dimensions_is_one() {
+    let system = "name = \"custom\"\npotential = \"q1^4/4 + q2^4/4 + 0.02*(q1 - q2)^2\"\n\
+                  dissipation = [\"0.05*p1\", \"0.05*p2\"]";
+    let force = "[\"7.5*cos(t)\", \"7.5*cos(t)\"]";
+    let study = under_a_force(system, force, ["[2.5, 1.0]", "[0.0, 0.5]"], (1.0, 3), 300);
+    assert_eq!(kinds(&study, 0.1), [Kind::Aperiodic]);
+}
+
+/// Runs that are chaotic for some thousand returns come to cycles of period 2 in the end.
+#[test]
+fn a_long_chaotic_transient_is_no_attractor() {
+    let system = "name = \"duffing\"\nparameters = { alpha = 0.0, beta = 1.0, c = 0.005 }";
+    let study = under_a_force(system, "[\"7.5*cos(t)\"]", ["[2.5]", "[0.0]"], (0.1, 5), 300);
+    assert_eq!(kinds(&study, 0.1), [Kind::Period(2); 2]);
+}
+
+/// Chaos in each of two wells, on a grid that is a hundred times as large.
+#[test]
+fn attractors_that_are_small_beside_the_grid_are_told_apart() {
+    let system = "name = \"custom\"\npotential = \"-q1^2/2 + q1^4/4\"\n\
+                  dissipation = [\"0.25*p1\"]";
+    for extent in [2.0, 70.0] {
+        let force = "[\"0.268*cos(1.2*t)\"]";
+        let study = under_a_force(system, force, ["[1.0]", "[0.0]"], (extent, 8), 300);
+        assert_eq!(kinds(&study, 0.02), [Kind::Aperiodic; 2], "{extent}");
+    }
+}

@@ -16,5 +16,6 @@ mod resonance;
 mod scenes;
 mod sections;
 mod sentences;
+mod settling;
 mod sizes;
 mod studies;

@@ -191,3 +191,57 @@ fn turns_of_an_angle_do_not_hide_its_period() {
         assert!(cycle.multiple == Some(2) && cycle.is_stable(), "{transient}: {cycle:?}");
     }
 }
+
+/// The cycle of a scene of two masses.
+fn cycle_of(system: &str, drive: &str, start: [f64; 2], transient: f64) -> Cycle {
+    let text = format!(
+        "[system]\nname = \"custom\"\n{system}\n{drive}\n[initial]\nq = {start:?}\np = [0.0, 0.0]\n\
+         [time]\nend = 1.0\nstep = 0.1\n"
+    );
+    let problem = Scene::read(&text).unwrap_or_else(|error| panic!("{error}")).problem;
+    let study = LimitCycle { problem, transient, multiple: None, branch: None };
+    let found = study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{system} {drive}: {:?}", found.ending);
+    found.points[0].cycle.clone()
+}
+
+#[test]
+fn a_coordinate_that_hardly_moves_leaves_a_cycle_isolated() {
+    let weak = |v: &str| format!("{v} + 100*q2^2/2 + 1e-6*q1*q2");
+    let system = |d: &str| {
+        let v = weak("q1^2/2");
+        format!("potential = \"{v}\"\nmass = [1.0, 1e4]\ndissipation = [\"{d}\", \"100*v2\"]")
+    };
+    let free = cycle_of(&system("0.2*(q1^2 - 1)*v1"), "", [1.0, 0.0], 600.0);
+    assert!((free.period - 6.298_88).abs() < 1e-4 && free.is_stable(), "{free:?}");
+    let drive = "[drive]\nforce = [\"cos(1.3*t)\", \"0\"]";
+    let driven = cycle_of(&system("0.2*v1"), drive, [1.0, 0.0], 600.0);
+    // f/|k - omega^2 + i b omega|
+    let exact = f64::hypot(1.0 - 1.69, 0.26).recip();
+    assert!((driven.amplitude[0] - exact).abs() < 1e-3 && driven.is_stable(), "{driven:?}");
+}
+
+#[test]
+fn a_small_cycle_is_found_from_afar() {
+    let system = "potential = \"(q1^2 + q2^2)/2\"\ndissipation = [\"0.2*p1\", \"0.2*p2\"]";
+    let drive = "[drive]\nforce = [\"2e-8*cos(1.3*t)\", \"0\"]";
+    let near = cycle_of(system, drive, [0.0, 0.0], 300.0);
+    let far = cycle_of(system, drive, [1.0, 0.0], 300.0);
+    assert!((far.amplitude[0] / near.amplitude[0] - 1.0).abs() < 1e-9, "{near:?} {far:?}");
+}
+
+#[test]
+fn roundings_of_a_coordinate_at_rest_are_no_motion() {
+    let text = "[system]\nname = \"custom\"\npotential = \"q1^2/2 + 1e6*(q2 - 1000.1)^2/2\"\n\
+                dissipation = [\"0.2*p1\", \"2*p2\"]\n\
+                [drive]\nforce = [\"0.001*cos(1.3*t)\", \"0\"]\n\
+                [initial]\nq = [0.0, 1000.1000001]\np = [0.0, 0.0]\n\
+                [time]\nend = 1.0\nstep = 0.001\n";
+    let problem = Scene::read(text).unwrap_or_else(|error| panic!("{error}")).problem;
+    let starts = vec![[problem.q.clone(), problem.p.clone()]];
+    let study = Poincare { problem, section: STROBE, starts, transient: 40, points: 20 };
+    let found = study.run(find("rk4").unwrap(), 0.001, &Silent).unwrap();
+    let points = found.rows.iter().map(|row| [&row.q[..], &row.p].concat()).collect();
+    let attractor = Attractor::of(points, found.metrics[0].clone()).unwrap();
+    assert_eq!(attractor.kind, Kind::Period(1));
+}

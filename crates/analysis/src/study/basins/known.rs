@@ -25,14 +25,15 @@ const ROUNDINGS: f64 = 1e-10;
 /// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] and of
 /// the extent of the cycle. A choice: other runs are then told to be near the same cycle.
 const TO_GO: f64 = 0.1;
-/// The sides of the boxes of an attractor without a period; relative to its own extents where its
-/// path fills them.
+/// The least sides of the boxes of an attractor without a period, relative to its extents.
 pub(super) const BOX: f64 = 0.02;
 /// Returns that fill these boxes.
 pub(super) const FILLING: u64 = 4000;
 /// The returns of which a share must lie in the boxes.
 const LAST: usize = 100;
 const SHARE: f64 = 0.9;
+/// The share of other returns that the boxes hold. More than [`SHARE`], since it varies.
+const FILLED: f64 = 0.95;
 
 /// An attractor.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -69,11 +70,26 @@ impl Known {
         Some(Self { attractor, cycle, boxes: HashSet::new(), sides: Vec::new() })
     }
 
-    /// An attractor without a period, from points that fill it and the ranges of the motion.
+    /// An attractor without a period, from points that fill it and the ranges of the motion. The
+    /// boxes of the first half hold the second half as well: those of an attractor of many
+    /// dimensions are larger.
     fn of_points(metric: &Metric, points: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
-        let sides: Vec<f64> = metric.units().iter().map(|unit| BOX * unit).collect();
-        let boxes = points.iter().map(|point| boxed(point, &sides)).collect();
-        let attractor = Attractor::of(points, metric.within(ranges, NEAR))?;
+        let metric = metric.within(ranges, NEAR);
+        let (first, second) = points.split_at(points.len() / 2);
+        let sides = |share: f64| metric.units().iter().map(|unit| share * unit).collect::<Vec<_>>();
+        let boxes = |of: &[Vec<f64>], sides: &[f64]| -> HashSet<Vec<i64>> {
+            of.iter().map(|point| boxed(point, sides)).collect()
+        };
+        let holds = |share: &f64| {
+            let sides = sides(*share);
+            let filled = boxes(first, &sides);
+            let inside = second.iter().filter(|point| filled.contains(&boxed(point, &sides)));
+            inside.count() as f64 >= FILLED * second.len() as f64
+        };
+        let sizes = std::iter::successors(Some(BOX), |share| Some(2.0 * share));
+        let sides = sides(sizes.take_while(|share| *share < 1.0).find(holds).unwrap_or(1.0));
+        let boxes = boxes(&points, &sides);
+        let attractor = Attractor::of(points, metric)?;
         Some(Self { attractor, cycle: Vec::new(), boxes, sides })
     }
 
@@ -122,13 +138,14 @@ pub(super) struct Nearby<'a> {
 }
 
 impl<'a> Nearby<'a> {
-    pub(super) fn new(survey: &'a Survey<'_>) -> Self {
+    /// Compares up to return number `longest`.
+    pub(super) fn new(survey: &'a Survey<'_>, longest: u64) -> Self {
         let Survey { basins, metric, attractors: known, .. } = survey;
         Self {
             metric,
             dof: basins.problem.model.degrees(),
             known,
-            longest: basins.longest,
+            longest,
             near: vec![0; known.len()],
             inside: vec![VecDeque::new(); known.len()],
             reached: None,
@@ -178,7 +195,7 @@ impl Survey<'_> {
             cycle => cycle,
         };
         // As often as the longest cycle must be seen.
-        let mut nearby = Nearby { longest: u64::MAX, ..Nearby::new(self) };
+        let mut nearby = Nearby::new(self, u64::MAX);
         let again = points.iter().cycle().take(points.len().max(2 * SEEN));
         let _ = (1..).zip(again).try_for_each(|(n, point)| nearby.compare(n, point));
         nearby.reached

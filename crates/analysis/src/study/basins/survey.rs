@@ -21,6 +21,10 @@ const NEW_AT_ONCE: usize = 8;
 /// states that are stored.
 const TOGETHER: usize = 4 * GROUP;
 
+/// How often a run that has shown an attractor without a period is followed as long again: it may be
+/// a long transient.
+const CONFIRMED: usize = 2;
+
 /// What is found so far.
 pub(super) struct Survey<'a> {
     pub(super) basins: &'a Basins,
@@ -91,7 +95,8 @@ impl<'a> Survey<'a> {
 
     /// Compares the runs of open cells with the attractors.
     fn compare(&mut self, open: &[usize]) -> Result<(), InputError> {
-        let watch = |&i: &usize| Ok((self.basins.member(i)?, Nearby::new(self)));
+        let watch =
+            |&i: &usize| Ok((self.basins.member(i)?, Nearby::new(self, self.basins.longest)));
         let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
         let ended = self.ensemble.follow(members)?.into_iter();
         let ended: Vec<_> =
@@ -113,7 +118,8 @@ impl<'a> Survey<'a> {
         } else {
             self.look::<false>(&open)?
         };
-        for (i, ((reached, periods, shown), mut ending)) in open.into_iter().zip(ended) {
+        for (i, ended) in open.into_iter().zip(ended) {
+            let ((reached, periods, shown), mut ending) = self.confirmed(ended)?;
             let mut attractor = reached;
             if ending.is_completed() && reached.is_none() {
                 let found = match shown {
@@ -142,11 +148,29 @@ impl<'a> Survey<'a> {
 
     /// Follows runs until each reaches a known attractor or has settled.
     fn look<const STEPS: bool>(&self, open: &[usize]) -> Result<Vec<(Ended, Ending)>, InputError> {
-        let nearby = Nearby::new(self);
+        let nearby = Nearby::new(self, self.basins.longest);
         let watch = |&i: &usize| Ok((self.basins.member(i)?, Found::<STEPS>::new(nearby.clone())));
         let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
         let ended = self.ensemble.follow(members)?.into_iter();
         Ok(ended.map(|(watch, ending)| (watch.ended(), ending)).collect())
+    }
+
+    /// Follows a run on that shows a new attractor without a period.
+    fn confirmed(
+        &self,
+        (mut found, mut ending): (Ended, Ending),
+    ) -> Result<(Ended, Ending), InputError> {
+        for _ in 0..CONFIRMED {
+            let (None, before, Some(Shown::Known(known))) = &found else { break };
+            let last = known.attractor.points().last().filter(|_| known.cycle().is_empty());
+            let Some(last) = last.filter(|_| self.same(known).is_none()) else { break };
+            let watch = Found::<false>::new(Nearby::new(self, 0));
+            let run = vec![(self.basins.member_at(last)?, watch)];
+            let Some((watch, ended)) = self.ensemble.follow(run)?.pop() else { break };
+            let (reached, returns, shown) = watch.ended();
+            (found, ending) = ((reached, before + returns, shown), ended);
+        }
+        Ok((found, ending))
     }
 
     /// The attractor of a motion without a drive that has settled: its path from a state on it.

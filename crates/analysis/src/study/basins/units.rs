@@ -3,7 +3,7 @@
 use super::Basins;
 use crate::progress::Silent;
 use crate::study::ensemble::{Ensemble, Watch};
-use crate::study::metric::{Metric, units};
+use crate::study::metric::Metric;
 use crate::study::ranges::Ranges;
 use afterbay_core::{InputError, StateRef};
 use std::ops::ControlFlow;
@@ -29,7 +29,7 @@ impl Basins {
         let moves: Vec<Vec<f64>> = stays
             .map(|(Halves([mut all, second]), _)| {
                 all.join(&second);
-                units(&periods, &all, &all)
+                Metric::of(&periods, &all, &all).extents()
             })
             .collect();
         let unit = |j: usize| {
@@ -38,10 +38,15 @@ impl Basins {
             each.get(each.len() / 2).copied().unwrap_or(0.0).max(self.extent(j))
         };
         let mut units: Vec<f64> = (0..2 * dof).map(unit).collect();
-        // What does not move at all is measured as what does.
-        let largest = units.iter().copied().fold(0.0, f64::max);
-        let other = if largest > 0.0 { largest } else { 1.0 };
-        units.iter_mut().filter(|unit| **unit == 0.0).for_each(|unit| *unit = other);
+        // What does not move is measured as what does.
+        let largest = |units: &[f64]| units.iter().copied().fold(0.0, f64::max);
+        let all = largest(&units);
+        for kind in units.chunks_mut(dof) {
+            let other = [largest(kind), all, 1.0].into_iter().find(|&unit| unit > 0.0);
+            kind.iter_mut()
+                .filter(|unit| **unit == 0.0)
+                .for_each(|unit| *unit = other.unwrap_or(1.0));
+        }
         Ok(Metric::with_units(&periods, units))
     }
 

@@ -9,7 +9,7 @@ use super::CycleFailure;
 use crate::Model;
 use crate::progress::Progress;
 use crate::study::Problem;
-use crate::study::attractor::{Attractor, Kind};
+use crate::study::attractor::first_return;
 use crate::study::metric::Metric;
 use crate::study::ranges::Ranges;
 use crate::study::section::{Section, point};
@@ -103,11 +103,8 @@ impl Walk<'_> {
                     self.period(grid)?;
                     points.push(self.point());
                 }
-                let attractor = Attractor::of(points, self.metric());
-                match attractor.map(|attractor| attractor.kind) {
-                    Some(Kind::Period(multiple)) => multiple as u64,
-                    _ => return Err(CycleFailure::NoPeriod { periods: PERIODS }),
-                }
+                let found = first_return(&points, &self.metric());
+                found.ok_or(CycleFailure::NoPeriod { periods: PERIODS })? as u64
             }
         };
         let (z, period) = (self.point(), period * multiple as f64);

@@ -4,21 +4,25 @@ use faer::Mat;
 use nalgebra::DMatrix;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 
-/// The least extent of an entry that moves, relative to the largest of its kind.
+/// The least extent of a coordinate or a momentum that moves, relative to the largest of its kind.
 const MOVES: f64 = 1e-9;
 /// The least size, as a share of the magnitude. Corrections are roundings below 1e-16 of that.
 const OF_MAGNITUDE: f64 = 1e-5;
 
 /// Half of the extent of each q_j and p_j on a path, and the magnitudes of the other unknowns.
-/// Entries that do not move have the sizes that balance the matrix ∂Φ/∂z.
+/// Those of a degree of freedom that does not move balance the matrix ∂Φ/∂z.
 pub(super) fn scales_of(path: &[Vec<f64>], monodromy: &Mat<f64>, x: &[f64]) -> Vec<f64> {
     let size = path.first().map_or(0, Vec::len);
     let [extents, magnitudes] = measured(path, size);
     let largest = |kind: &[f64]| kind.iter().copied().fold(0.0, f64::max);
-    let (q, p) = (largest(&extents[..size / 2]), largest(&extents[size / 2..]));
-    let moves = |j: usize| extents[j] > MOVES * if j < size / 2 { q } else { p };
+    let dof = size / 2;
+    let (q, p) = (largest(&extents[..dof]), largest(&extents[dof..]));
+    let moves = |j: usize| {
+        let j = j % dof;
+        extents[j] > MOVES * q || extents[j + dof] > MOVES * p
+    };
     let balance = balance(monodromy);
-    let resting = (0..size / 2).filter(|&j| !moves(j)).map(|j| balance[j]).fold(0.0, f64::max);
+    let resting = (0..dof).filter(|&j| !moves(j)).map(|j| balance[j]).fold(0.0, f64::max);
     let scale = |j: usize| {
         let found = if moves(j) { extents[j] } else { q * balance[j] / resting };
         found.max(OF_MAGNITUDE * magnitudes[j])

@@ -1,0 +1,59 @@
+//! Motions that have not settled are told from those that have.
+
+use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::attractor::{Attractor, GROWING, Kind};
+use afterbay_analysis::study::bifurcation::Bifurcation;
+use afterbay_analysis::study::poincare::Poincare;
+use afterbay_analysis::study::section::{Crossing, Direction, Section};
+use afterbay_analysis::{Spacing, Variable};
+use afterbay_experiments::scene::Scene;
+use afterbay_methods::registry::find;
+
+/// A linear oscillator has the period of its force. What is left of a transient has none.
+#[test]
+fn a_transient_has_no_period_of_its_own() {
+    let text = "[system]\nname = \"duffing\"\nparameters = { alpha = 1.0, beta = 0.0, c = 0.01 }\n\
+                [drive]\nforce = [\"cos(om*t)\"]\nparameters = { om = 0.9 }\n\
+                [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 1.0\nstep = 0.1\n";
+    let problem = Scene::read(text).unwrap_or_else(|error| panic!("{error}")).problem;
+    for transient in [200, 300, 350, 400, 700] {
+        let study = Bifurcation {
+            problem: problem.clone(),
+            section: Section::Stroboscopic { interval: None },
+            parameter: "om".into(),
+            spacing: Spacing::Linear,
+            values: (0..41).map(|i| 0.5 + f64::from(i) / 40.0).collect(),
+            transient,
+            points: 60,
+            follow: false,
+        };
+        let found = study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap();
+        for column in found.columns {
+            let points = column.points.iter().map(|point| point.concat()).collect();
+            let attractor = Attractor::of(points, column.metric).unwrap();
+            let right = attractor.kind == Kind::Period(1) || attractor.is_settling();
+            assert!(right, "{transient}, {}: {}", column.value, attractor.describe());
+        }
+    }
+}
+
+/// A cycle that a run has grown up to is seen, and one that it still grows up to is not.
+#[test]
+fn a_motion_that_has_grown_up_to_its_cycle_does_not_grow() {
+    let text = "[system]\nname = \"van-der-pol\"\nparameters = { mu = 0.01 }\n[initial]\n\
+                q = [0.01]\np = [0.0]\n[time]\nend = 1.0\nstep = 0.1\n";
+    let problem = Scene::read(text).unwrap_or_else(|error| panic!("{error}")).problem;
+    let outcome = |transient| {
+        let crossing =
+            Crossing { variable: Variable::P, dof: 0, value: 0.0, direction: Direction::Falling };
+        let study = Poincare {
+            problem: problem.clone(),
+            section: Section::Crossing(crossing),
+            starts: vec![[vec![0.01], vec![0.0]]],
+            transient,
+            points: 40,
+        };
+        study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap().endings[0].outcome
+    };
+    assert_eq!([outcome(60), outcome(400)], [GROWING, "completed"]);
+}
