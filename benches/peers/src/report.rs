@@ -86,8 +86,9 @@ fn summary(all: &[(Scene, Vec<Row>)], artifacts: &mut Vec<Artifact>) -> Section 
                 two runs of a method the time is interpolated, log-log; beyond the last it is not \
                 extrapolated. \"≤\": the coarsest run is as good already. Of our methods those \
                 that keep K and take any system count, and of these the runs whose drift of K is \
-                below 1e-12 of the largest of |H| and Σ|w|. LSODA shows only its end. The others integrate w as one more component for each \
-                degree of freedom and control its error as well.";
+                below 1e-12 of the largest of |H| and Σ|w|. LSODA shows only its end. The others \
+                integrate w as one more component for each degree of freedom and control its \
+                error as well.";
     let slower: Vec<_> = all.iter().flat_map(|(_, rows)| ratios::slower(rows)).collect();
     let slower = if slower.is_empty() {
         "No other library is faster in any of these cases.".into()

@@ -102,8 +102,8 @@ impl Graph {
     }
 
     /// The functions at whose zeros `of` may not be analytic: x of |x|, √x and ln x, and x - ⌊x⌋
-    /// and x - ⌊x⌋ - 1 of ⌊x⌋. Where x is constant between jumps, as in |⌊t⌋|, they are left out: it
-    /// then changes at those jumps alone, and may be 0 all along.
+    /// and x - ⌊x⌋ - 1 of ⌊x⌋. Where x is constant between jumps, as in |⌊t⌋|, they are left out:
+    /// it then changes at those jumps alone, and may be 0 all along.
     pub fn kinks(&mut self, of: &[Node]) -> Vec<Node> {
         let one = self.number(1.0);
         let cone = self.cone(of, Kinds::ALL);

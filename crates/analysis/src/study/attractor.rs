@@ -2,6 +2,7 @@
 
 use super::metric::{Metric, SAME};
 use super::outcome::Ending;
+use super::ranges::Ranges;
 use serde::{Deserialize, Serialize};
 
 /// The largest distance of two attractors that count as one. A coarse choice: methods at finite
@@ -9,8 +10,8 @@ use serde::{Deserialize, Serialize};
 const ALIKE: f64 = 0.05;
 /// The least number of returns after which a cycle must repeat.
 const REPEATS: usize = 2;
-/// The largest distance of points from those of the first turn of a cycle, as a share of the
-/// distance of its other points.
+/// The largest distance of points from those of the first turn of a cycle, in units and as a share
+/// of the distance of its other points.
 const OF_CYCLE: f64 = 0.01;
 /// The outcome of a run that grows all along, which shows no attractor.
 pub const GROWING: &str = "growing";
@@ -25,7 +26,7 @@ const LONGEST_APPROACHED: usize = 8;
 /// logistic map's chaos show either.
 const FALLS: [(usize, f64); 2] = [(4, 0.2), (8, 0.6)];
 /// The least factor from the size of the last part of a run but one to that of the last, if it
-/// grows. One that grows steadily shows a sixth more in the end, one that has come up to a cycle
+/// grows. One that grows steadily shows an eighth more in the end, one that has come up to a cycle
 /// next to nothing.
 const STILL_GROWS: f64 = 1.02;
 /// The parts of a run whose sizes show that it grows.
@@ -39,44 +40,54 @@ const GROWN: f64 = 3.0;
 /// The most points of each set that are compared.
 const MOST_COMPARED: usize = 400;
 
-/// The size of a run from return to return, which tells whether it grows all along. Points after a
-/// transient may be too few to tell.
+/// The sizes of a run in its parts, which tell whether it grows all along. Points after a transient
+/// may be too few to tell.
 #[derive(Clone, Debug)]
-pub(crate) struct SizeHistory {
+pub(super) struct SizeHistory {
     /// The returns of the run.
     last: u64,
     /// The largest |q_j| or |p_j| in each part.
     sizes: [f64; PARTS],
+    /// The ranges in each part.
+    ranges: Vec<Ranges>,
 }
 
 impl SizeHistory {
     /// Of a run of so many returns.
-    pub(crate) fn new(last: u64) -> Self {
-        Self { last, sizes: [0.0; PARTS] }
+    pub(super) fn new(dof: usize, last: u64) -> Self {
+        Self { last, sizes: [0.0; PARTS], ranges: vec![Ranges::nothing(dof); PARTS] }
     }
 
-    /// Adds the state (q, p) of return n, counted from 1.
-    pub(crate) fn see(&mut self, n: u64, [q, p]: &[Vec<f64>; 2]) {
+    /// Adds the state (q, p) of return n, counted from 1, and the ranges since the return before.
+    pub(super) fn see(&mut self, n: u64, [q, p]: &[Vec<f64>; 2], path: &Ranges) {
         if (1..=self.last).contains(&n) {
             let part = ((n - 1) as f64 / self.last as f64 * PARTS as f64) as usize;
             self.sizes[part] = self.sizes[part].max(max_norm(q)).max(max_norm(p));
+            self.ranges[part].join(path);
         }
     }
 
-    /// Whether the run grows: after the first part, its size rises from each part to the next, in
-    /// the end by 2 % or more, and to three times or more in all. A short run does not tell.
-    pub(crate) fn is_seen(&self) -> bool {
-        let rises = self.sizes[1..].windows(2).all(|pair| pair[1] > pair[0]);
+    /// Whether the run grows: after the first part, its size or the extent of an entry rises from
+    /// each part to the next, in the end by 2 % or more, and to three times or more in all. A short
+    /// run does not tell.
+    pub(super) fn is_seen(&self) -> bool {
+        let extents = |j: usize| std::array::from_fn(|part| self.ranges[part].extent(j));
         let enough = self.last >= PARTS as u64 * RETURNS_A_PART;
-        let [before, last] = [PARTS - 2, PARTS - 1].map(|part| self.sizes[part]);
-        enough && rises && last > STILL_GROWS * before && last > GROWN * self.sizes[1]
+        enough && (rises(self.sizes) || (0..self.ranges[0].len()).any(|j| rises(extents(j))))
     }
 
     /// The outcome of the run: [`GROWING`] if it has reached its end and grows.
-    pub(crate) fn ending(&self, ending: Ending) -> Ending {
+    pub(super) fn ending(&self, ending: Ending) -> Ending {
         let grows = ending.is_completed() && self.is_seen();
         if grows { Ending { outcome: GROWING, ..ending } } else { ending }
     }
+}
+
+/// Whether sizes grow from part to part.
+fn rises(sizes: [f64; PARTS]) -> bool {
+    let [before, last] = [PARTS - 2, PARTS - 1].map(|part| sizes[part]);
+    let rises = sizes[1..].windows(2).all(|pair| pair[1] > pair[0]);
+    rises && last > STILL_GROWS * before && last > GROWN * sizes[1]
 }
 
 /// The kind of an attractor.
@@ -102,7 +113,7 @@ pub struct Attractor {
 impl Attractor {
     /// The attractor that points show, each q and p in one vector; none if there are fewer than
     /// two.
-    pub fn of(points: Vec<Vec<f64>>, metric: Metric) -> Option<Self> {
+    pub(super) fn of(points: Vec<Vec<f64>>, metric: Metric) -> Option<Self> {
         if points.len() < 2 {
             return None;
         }
@@ -143,18 +154,10 @@ impl Attractor {
     }
 
     /// The largest distance of a point of one attractor from the nearest point of the other, in the
-    /// units of this one.
+    /// larger units of the two.
     pub fn distance(&self, other: &Self) -> f64 {
-        let [a, b] = [self, other].map(Self::compared);
-        self.beyond(&a, &b).max(self.beyond(&b, &a))
-    }
-
-    /// The largest distance of one of `from` from the nearest of `to`.
-    fn beyond(&self, from: &[&[f64]], to: &[&[f64]]) -> f64 {
-        let nearest = |a: &&[f64]| {
-            to.iter().map(|b| self.metric.distance(a, b)).fold(f64::INFINITY, f64::min)
-        };
-        from.iter().map(nearest).fold(0.0, f64::max)
+        let ([a, b], metric) = ([self, other].map(Self::compared), self.metric.with(&other.metric));
+        beyond(&metric, &a, &b).max(beyond(&metric, &b, &a))
     }
 
     /// Whether both are of one kind and lie in one place.
@@ -187,7 +190,7 @@ impl Attractor {
             (a - c).abs().max((b - d).abs())
         };
         let size = self.points.first().map_or(0, Vec::len);
-        self.metric.largest(&(0..size).map(off).collect::<Vec<_>>())
+        self.metric.with(&other.metric).largest(&(0..size).map(off).collect::<Vec<_>>())
     }
 }
 
@@ -213,20 +216,25 @@ pub(super) fn first_return(points: &[Vec<f64>], metric: &Metric) -> Option<usize
 fn period(points: &[Vec<f64>], metric: &Metric) -> Option<usize> {
     let (count, period) = (points.len(), first_return(points, metric)?);
     let distance = |i: usize, k: usize| metric.distance(&points[i], &points[k]);
-    let apart = |k: usize| (k..count).map(|i| distance(i, i - k)).fold(0.0, f64::max);
-    let others = (1..period).map(apart).fold(f64::INFINITY, f64::min);
-    let moved = (period..count).map(|i| distance(i, i % period)).fold(0.0, f64::max);
-    (moved <= OF_CYCLE * others).then_some(period)
+    let moved = (period..count).map(|i| distance(i, i % period)).fold(0.0, f64::max) / OF_CYCLE;
+    let apart = |k: usize| (k..count).any(|i| distance(i, i - k) >= moved);
+    (moved <= 1.0 && (1..period).all(apart)).then_some(period)
+}
+
+/// The largest distance of one of `from` from the nearest of `to`.
+fn beyond(metric: &Metric, from: &[&[f64]], to: &[&[f64]]) -> f64 {
+    let nearest =
+        |a: &&[f64]| to.iter().map(|b| metric.distance(a, b)).fold(f64::INFINITY, f64::min);
+    from.iter().map(nearest).fold(0.0, f64::max)
 }
 
 /// The largest magnitude.
-pub fn max_norm(x: &[f64]) -> f64 {
+fn max_norm(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::ranges::Ranges;
     use super::*;
     use afterbay_core::StateRef;
     use std::f64::consts::{PI, TAU};
@@ -269,7 +277,7 @@ mod tests {
 
     #[test]
     fn what_is_left_of_a_transient_has_no_period_of_its_own() {
-        // A spiral to a cycle of period 1 that turns by nearly a seventh in each return, and a flip.
+        // Spirals to a cycle of period 1, and an alternation.
         let spiral = |rate: f64, turn: f64| {
             let x =
                 |n: i32| 1.0 + 0.002 * (-rate * f64::from(n)).exp() * (turn * f64::from(n)).cos();
@@ -311,29 +319,33 @@ mod tests {
 
     #[test]
     fn growth_is_told_from_motion_that_stays() {
+        let see = |growth: &mut SizeHistory, n: u64, x: f64| {
+            let mut path = Ranges::nothing(1);
+            path.see(StateRef { q: &[x], p: &[-x], w: &[0.0], t: 0.0 });
+            growth.see(n, &[vec![x], vec![-x]], &path);
+        };
         let grows = |count: u32, x: &dyn Fn(f64) -> f64| {
-            let mut growth = SizeHistory::new(u64::from(count));
-            (1..=count).for_each(|n| {
-                let x = x(f64::from(n));
-                growth.see(u64::from(n), &[vec![x], vec![-x]]);
-            });
+            let mut growth = SizeHistory::new(1, u64::from(count));
+            (1..=count).for_each(|n| see(&mut growth, n.into(), x(n.into())));
             growth.is_seen()
         };
         let wave = |n: f64| (2.0 * n).cos();
         assert!(grows(208, &|n| 1e-9 * (0.01 * n).exp() * wave(n)) && grows(32, &|n| n));
         assert!(grows(1000, &|n| 1.0 + 0.02 * n));
+        assert!(grows(208, &|n| 1e5 + 1e-3 * (0.01 * n).exp() * wave(n)));
         // A slow beat of a motion that stays.
         assert!(!grows(208, &|n| (2.0 - (n / 80.0).cos()) * wave(n)));
         // Motion that stays, decays, has come up to a cycle, or is too short.
         assert!(!grows(208, &wave) && !grows(208, &|n| (-0.01 * n).exp() * wave(n)));
+        assert!(!grows(208, &|n| 1e5 + (2.0 - (n / 80.0).cos()) * wave(n)));
         assert!(!grows(208, &|n| 1.0 - (-0.05 * n).exp()) && !grows(31, &|n| n));
         // It has grown, and has come up to its cycle.
         assert!(!grows(440, &|n| 2.0 / (1.0 + 4e4 * (-0.0628 * n).exp()).sqrt()));
         let growing = (1..1000).filter(|&seed| {
-            let (mut x, mut growth) = (f64::from(seed) / 1000.0, SizeHistory::new(208));
+            let (mut x, mut growth) = (f64::from(seed) / 1000.0, SizeHistory::new(1, 208));
             (1..=208).for_each(|n| {
                 x = 3.9 * x * (1.0 - x);
-                growth.see(n, &[vec![x], vec![x]]);
+                see(&mut growth, n, x);
             });
             growth.is_seen()
         });
@@ -373,7 +385,7 @@ mod tests {
     #[test]
     fn attractors_are_compared_as_sets() {
         let (a, b) = (attractor(&[1.0, 2.0, 1.0, 2.0]), attractor(&[2.01, 1.0, 2.01, 1.0]));
-        assert!((a.distance(&b) - 0.005).abs() < 1e-12 && a.is_like(&b));
+        assert!((a.distance(&b) - 0.01 / 2.01).abs() < 1e-12 && a.is_like(&b));
         assert!(!a.is_like(&attractor(&[1.0, 2.4, 1.0, 2.4])));
         assert!(!a.is_like(&attractor(&[1.5, 1.5])));
         let logistic = |mut x: f64| {

@@ -45,7 +45,7 @@ pub struct Basins {
     pub axes: [Axis; 2],
     /// The returns to the section within which a run is compared with the attractors beside others.
     /// One that has reached none of them is followed until it shows a new one, for at most 4000
-    /// returns more.
+    /// returns more. One that shows an attractor without a period is followed for 8000 more.
     pub longest: u64,
 }
 

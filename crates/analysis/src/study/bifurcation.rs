@@ -1,6 +1,6 @@
 //! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
 
-use super::attractor::GROWING;
+use super::attractor::{Attractor, GROWING};
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::metric::Metric;
@@ -96,10 +96,16 @@ pub struct Column {
     /// The outcome of the run. One that grows all along is `growing`.
     pub ending: Ending,
     /// The distance of the points.
-    pub metric: Metric,
+    metric: Metric,
 }
 
 impl Column {
+    /// The attractor that the points show; none if the run did not reach its end.
+    pub fn attractor(&self) -> Option<Attractor> {
+        let points = self.points.iter().map(|point| point.concat()).collect();
+        Attractor::of(points, self.metric.clone()).filter(|_| self.ending.is_completed())
+    }
+
     /// Whether the run has failed. One that grows has not.
     pub fn failed(&self) -> bool {
         !self.ending.is_completed() && !self.grows()

@@ -92,8 +92,8 @@ impl Ensemble<'_> {
             };
             shared = Some(Arc::clone(&run));
             let grid = self.section.grid(&member.model, self.h)?;
-            let (state, dof) = (member.start.clone(), member.model.degrees());
-            let (since, returns, ending) = (state.t, 0, None);
+            let (mut state, dof) = (member.start.clone(), member.model.degrees());
+            let (since, returns, ending) = (std::mem::take(&mut state.t), 0, None);
             let mut path = Ranges::nothing(dof);
             path.see(state.state_ref());
             Ok(Job { member, run, grid, dof, state, since, path, returns, watch, ending })

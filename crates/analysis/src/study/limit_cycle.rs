@@ -26,6 +26,7 @@ pub use event::Event;
 pub use failure::CycleFailure;
 
 use super::dynamics::Dynamics;
+use super::metric::Metric;
 use super::outcome::Ending;
 use super::section::Section;
 use super::stability::MapError;
@@ -48,6 +49,7 @@ const MOST_STEPS: f64 = 1e6;
 const AT_REST: f64 = 1e-6;
 /// The distance below which a cycle repeats earlier, relative to its size.
 const REPEATS: f64 = 1e-7;
+
 /// The limit cycle of a problem.
 #[derive(Clone, Debug)]
 pub struct LimitCycle {
@@ -281,17 +283,16 @@ fn phase(shooting: &Shooting<'_>, path: &[Vec<f64>], x: &[f64]) -> Condition {
     Condition { normal, at: x.to_vec() }
 }
 
-/// The largest distance of a state from the start of a path, measured by the scales.
-fn distance(shooting: &Shooting<'_>, from: &[f64], to: &[f64]) -> f64 {
-    let off =
-        from.iter().zip(to).zip(&shooting.scales).map(|((a, b), scale)| (a - b).abs() / scale);
-    off.fold(0.0, f64::max)
+/// The distance of states in the scales, less the whole turns of angles.
+fn metric(shooting: &Shooting<'_>) -> Metric {
+    Metric::with_units(&shooting.model.periods(), shooting.scales.clone())
 }
 
 /// Refuses a solution that stays where it is.
 fn at_rest(shooting: &Shooting<'_>, solved: &Solved) -> Result<(), CycleFailure> {
     let path = &solved.image.path;
-    let extent = path.iter().map(|z| distance(shooting, &path[0], z)).fold(0.0, f64::max);
+    let metric = metric(shooting);
+    let extent = path.iter().map(|z| metric.distance(&path[0], z)).fold(0.0, f64::max);
     if extent > AT_REST {
         return Ok(());
     }
@@ -302,10 +303,10 @@ fn at_rest(shooting: &Shooting<'_>, solved: &Solved) -> Result<(), CycleFailure>
 /// The number of periods in t after which a cycle repeats, if this is less than its multiple.
 fn earlier(shooting: &Shooting<'_>, solved: &Solved) -> Option<u64> {
     let (multiple, path) = (shooting.multiple?, &solved.image.path);
-    let each = shooting.steps / multiple;
+    let (each, metric) = (shooting.steps / multiple, metric(shooting));
     let repeats = |&part: &u64| {
         multiple.is_multiple_of(part)
-            && distance(shooting, &path[0], &path[(part * each) as usize]) <= REPEATS
+            && metric.distance(&path[0], &path[(part * each) as usize]) <= REPEATS
     };
     (1..multiple).find(repeats)
 }

@@ -41,7 +41,7 @@ impl Metric {
         let mut least: Vec<f64> = (0..size).map(|j| rounding(periods, settled, j)).collect();
         let moves = |j: usize| extent(periods, settled, j) > least[j].max(AT_REST * units[j]);
         let moving: Vec<bool> = (0..dof).map(moves).collect();
-        // The momentum of a coordinate at rest has nothing that its roundings could be compared with.
+        // The roundings of a momentum whose coordinate rests have nothing to be compared with.
         let momenta = least[dof..].iter_mut().zip(&moving);
         momenta.filter(|(_, moves)| !**moves).for_each(|(least, _)| *least = f64::MAX);
         let at_rest = !moving.contains(&true);
@@ -55,9 +55,19 @@ impl Metric {
     }
 
     /// The distance whose units are the extents of a motion, at least a share of these units.
-    pub(super) fn within(&self, motion: &Ranges, share: f64) -> Self {
+    pub(super) fn of_motion(&self, motion: &Ranges, share: f64) -> Self {
         let unit = |(j, unit): (usize, &f64)| extent(&self.periods, motion, j).max(share * unit);
         Self { units: self.units.iter().enumerate().map(unit).collect(), ..self.clone() }
+    }
+
+    /// The distance in the larger units of two.
+    pub(super) fn with(&self, other: &Self) -> Self {
+        let larger = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a.max(*b)).collect();
+        Self {
+            units: larger(&self.units, &other.units),
+            least: larger(&self.least, &other.least),
+            ..self.clone()
+        }
     }
 
     /// The distance of two states.

@@ -23,13 +23,13 @@ impl Motion {
     /// A run that has not begun, of so many degrees of freedom.
     pub(super) fn new(dof: usize, transient: u64, points: u64) -> Self {
         let (last, nothing) = (transient + points, Ranges::nothing(dof));
-        let growth = SizeHistory::new(last);
+        let growth = SizeHistory::new(dof, last);
         Self { transient, last, growth, run: nothing.clone(), settled: nothing }
     }
 
     /// Adds the state (q, p) of return n, counted from 1, and the ranges since the return before.
     pub(super) fn see(&mut self, n: u64, at: &[Vec<f64>; 2], path: &Ranges) {
-        self.growth.see(n, at);
+        self.growth.see(n, at, path);
         self.run.join(path);
         if self.keeps(n) {
             self.settled.join(path);

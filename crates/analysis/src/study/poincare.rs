@@ -1,5 +1,6 @@
 //! Poincaré sections: the states of runs at every return to a section, after a transient.
 
+use super::attractor::Attractor;
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::metric::Metric;
@@ -70,7 +71,20 @@ pub struct Portrait {
     /// The outcome of the run from each start. One that grows all along is `growing`.
     pub endings: Vec<Ending>,
     /// The distance of points from each start.
-    pub metrics: Vec<Metric>,
+    metrics: Vec<Metric>,
+}
+
+impl Portrait {
+    /// The attractor that the run from each start shows; none if it did not reach its end.
+    pub fn attractors(&self) -> Vec<Option<Attractor>> {
+        let of_start = |(start, metric): (usize, &Metric)| {
+            let rows = self.rows.iter().filter(|row| row.start == start + 1);
+            let points = rows.map(|row| [&row.q[..], &row.p].concat()).collect();
+            let attractor = Attractor::of(points, metric.clone());
+            attractor.filter(|_| self.endings[start].is_completed())
+        };
+        self.metrics.iter().enumerate().map(of_start).collect()
+    }
 }
 
 impl Poincare {

@@ -3,14 +3,6 @@
 use super::side::Side;
 use afterbay_core::{Scalar, StateRef};
 
-/// The least number of states that show the ranges of an interval that has as many steps.
-const LOOKS: u64 = 32;
-
-/// The steps from one of these states to the next.
-pub(super) fn stride(steps: u64) -> u64 {
-    (steps / LOOKS).max(1)
-}
-
 /// The least and the largest value of each entry of (q, p) along a motion. Angles count with their
 /// turns.
 #[derive(Clone, Debug)]

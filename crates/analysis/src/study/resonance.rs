@@ -11,7 +11,7 @@ use super::dynamics::Dynamics;
 use super::metric::Metric;
 use super::numbered;
 use super::outcome::Ending;
-use super::ranges::{Ranges, stride};
+use super::ranges::Ranges;
 use super::section::{Section, nearest, point, rewind};
 use super::stability::MapError;
 use super::zero::{at_zero, copy};
@@ -179,7 +179,7 @@ impl Resonance {
         let [mut all, mut measured] = [(); 2].map(|()| Ranges::nothing(dof));
         for _ in 0..self.transient {
             let from = state.q[..dof].to_vec();
-            run.run(grid, state, stride(grid.steps), &mut |_, now| {
+            run.run(grid, state, 1, &mut |_, now| {
                 all.see(now);
                 ControlFlow::Continue(())
             })?;

@@ -32,6 +32,6 @@ pub use map::{MOST_STEPS, Map};
 pub use measure::KEPT;
 pub use piece::StabilityRow;
 pub use reference::References;
-pub(crate) use spectrum::largest_eigenvalue;
+pub(crate) use spectrum::{balance, largest_eigenvalue};
 pub use tiles::Tiles;
 pub use verdict::{GROWTH, SHARE, TOLERANCE, Verdict, rules};

@@ -26,8 +26,8 @@ fn blocks(text: &str) -> Vec<Block> {
     all
 }
 
-/// The output and the exit code of a shell command in a folder. Charts are drawn as SVG alone, since
-/// pictures take most of the time.
+/// The output and the exit code of a shell command in a folder. Charts are drawn as SVG alone,
+/// since pictures take most of the time.
 fn shell(folder: &Path, line: &str) -> (Vec<String>, i32) {
     let command = line.strip_prefix("afterbay ").unwrap_or_else(|| panic!("not ours: {line}"));
     let draws =

@@ -61,9 +61,9 @@ fn prose(plan: &DynamicsPlan<Basins>, model: &Model) -> String {
          when its states repeat, when they stay near an attractor that another run has shown, or \
          when they fill a region of the same extent all along{}. One that still moves towards \
          something, or away, is unsettled. One that comes to an equilibrium or a cycle from which \
-         small displacements grow lies on a boundary, and reaches no attractor. The boundary between \
-         basins has the dimension 2 - α, where the share of cells with a cell of another attractor at a distance ε grows like ε^α; \
-         runs that fail count as one basin there, and unsettled cells and those on a boundary are \
+         small displacements grow lies on a boundary, and reaches no attractor. The boundary \
+         between basins has the dimension 2 - α, where the share of cells with a cell of another \
+         attractor at a distance ε grows like ε^α; runs that fail count as one basin there, and unsettled cells and those on a boundary are \
          left out.{}",
         plan.study.section.describe(model),
         if plan.study.is_autonomous() { ", with the whole of their path" } else { "" },

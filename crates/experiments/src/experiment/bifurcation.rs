@@ -67,8 +67,8 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
     };
     format!(
         "States {}, {} of each run after {} that are not shown, for {} values of {}. {begin} Two \
-         attractors count as the same if both have one period and lie within 5 % of the extents of the motion, or \
-         if neither has a period and their extents agree. A run whose size rises all along, to \
+         attractors count as the same if both have one period and lie within 5 % of the extents \
+         of their motions, or if neither has a period and their extents agree. A run whose size rises all along, to \
          three times or more, grows, and shows no attractor.{}",
         study.section.describe(model),
         study.points,
@@ -119,14 +119,9 @@ fn points(diagram: &Diagram) -> Vec<(f64, f64)> {
     diagram.columns.iter().flat_map(of).collect()
 }
 
-/// The attractor of each value, if its run got far enough.
+/// The attractor of each value.
 fn kinds(diagram: &Diagram) -> Vec<Option<Attractor>> {
-    let of = |column: &Column| {
-        let points = column.points.iter().map(|point| point.concat()).collect();
-        let attractor = Attractor::of(points, column.metric.clone());
-        attractor.filter(|_| column.ending.is_completed())
-    };
-    diagram.columns.iter().map(of).collect()
+    diagram.columns.iter().map(Column::attractor).collect()
 }
 
 /// The values at which the period changes, in words.

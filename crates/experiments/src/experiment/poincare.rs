@@ -73,7 +73,7 @@ fn prose(plan: &DynamicsPlan<Poincare>, model: &Model) -> String {
 }
 
 fn readings(found: &[Portrait]) -> Readings {
-    let attractors: Vec<_> = found.iter().map(attractors).collect();
+    let attractors: Vec<_> = found.iter().map(Portrait::attractors).collect();
     let exact = found.iter().position(|portrait| portrait.row.name == EXACT);
     let mut readings = Readings::default();
     for (portrait, own) in found.iter().zip(&attractors) {
@@ -127,17 +127,6 @@ fn title(study: &Poincare, model: &Model) -> String {
         Some(interval) => format!("States once every {interval:.4}"),
         None => format!("States {}", study.section.describe(model)),
     }
-}
-
-/// The attractor of each start, if its run got far enough.
-fn attractors(portrait: &Portrait) -> Vec<Option<Attractor>> {
-    let of_start = |start: usize| {
-        let rows = portrait.rows.iter().filter(|row| row.start == start + 1);
-        let points = rows.map(|row| [&row.q[..], &row.p].concat()).collect();
-        let done = portrait.endings[start].is_completed();
-        Attractor::of(points, portrait.metrics[start].clone()).filter(|_| done)
-    };
-    (0..portrait.endings.len()).map(of_start).collect()
 }
 
 /// The kinds of all attractors, each once. A run that grows has none, and is told from one that

@@ -3,10 +3,10 @@
 
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
-use afterbay_analysis::study::attractor::{Attractor, Kind};
+use afterbay_analysis::study::attractor::Kind;
 use afterbay_analysis::study::basins::{Axis, Basins};
 use afterbay_analysis::study::bifurcation::{Bifurcation, Column};
-use afterbay_analysis::study::limit_cycle::{Cycle, LimitCycle};
+use afterbay_analysis::study::limit_cycle::{Branch, Cycle, LimitCycle};
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::resonance::Resonance;
 use afterbay_analysis::study::section::Section;
@@ -21,8 +21,8 @@ const STROBE: Section = Section::Stroboscopic { interval: None };
 const VIEWS: [[f64; 2]; 6] =
     [[1.0, 0.0], [1e-5, 0.0], [1e5, 0.0], [1.0, 1e5], [1.0, -1e5], [1e-3, 7.0]];
 
-/// A system of a coordinate q1 of size 1 and x = (q2 - a)/s with the potential V(x) and the friction
-/// D(x, x'), each under its own force.
+/// A system of a coordinate q1 of size 1 and x = (q2 - a)/s with the potential V(x) and the
+/// friction D(x, x'), each under its own force.
 fn problem(v: &str, d: &str, force: &str, [s, a]: [f64; 2], [x, rate]: [f64; 2]) -> Problem {
     let [v, d] = [v, d].map(|of| of.replace('x', "((q2 - a)/s)").replace('y', "(s*p2)"));
     let mass = 1.0 / (s * s);
@@ -62,10 +62,7 @@ fn a_bifurcation_diagram_has_the_same_kinds_in_all_units() {
             follow: false,
         };
         let found = study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap();
-        let kind = |column: &Column| {
-            let points = column.points.iter().map(|point| point.concat()).collect();
-            Attractor::of(points, column.metric.clone()).unwrap().kind
-        };
+        let kind = |column: &Column| column.attractor().unwrap().kind;
         found.columns.iter().map(kind).collect::<Vec<_>>()
     };
     for view in VIEWS {
@@ -80,8 +77,7 @@ fn a_section_has_the_same_attractors_in_all_units() {
         let starts = vec![[problem.q.clone(), problem.p.clone()]];
         let study = Poincare { problem, section: STROBE, starts, transient: 200, points: 60 };
         let found = study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap();
-        let points = found.rows.iter().map(|row| [&row.q[..], &row.p].concat()).collect();
-        Attractor::of(points, found.metrics[0].clone()).unwrap().describe()
+        found.attractors()[0].as_ref().unwrap().describe()
     };
     for view in VIEWS {
         assert_eq!(kinds("f*cos(omega*t)", view), "no period", "{view:?}");
@@ -241,7 +237,36 @@ fn roundings_of_a_coordinate_at_rest_are_no_motion() {
     let starts = vec![[problem.q.clone(), problem.p.clone()]];
     let study = Poincare { problem, section: STROBE, starts, transient: 40, points: 20 };
     let found = study.run(find("rk4").unwrap(), 0.001, &Silent).unwrap();
-    let points = found.rows.iter().map(|row| [&row.q[..], &row.p].concat()).collect();
-    let attractor = Attractor::of(points, found.metrics[0].clone()).unwrap();
-    assert_eq!(attractor.kind, Kind::Period(1));
+    assert_eq!(found.attractors()[0].as_ref().unwrap().kind, Kind::Period(1));
+}
+
+/// Van der Pol's cycle beside a mass that rests, at 0 and far from it.
+#[test]
+fn a_coordinate_that_never_moves_leaves_a_cycle_where_it_is() {
+    let beside = |place: f64| {
+        let system = format!(
+            "potential = \"q1^2/2 + 3*(q2 - {place:?})^2\"\n\
+             dissipation = [\"(q1^2 - 1)*v1\", \"0.3*v2\"]"
+        );
+        cycle_of(&system, "", [1.0, place], 60.0)
+    };
+    for place in [0.0, 1000.1] {
+        let cycle = beside(place);
+        assert!((cycle.period - 6.663_28).abs() < 1e-4 && cycle.is_stable(), "{place}: {cycle:?}");
+    }
+}
+
+/// A branch that begins where a coordinate hardly moves, and leads to where it does.
+#[test]
+fn a_branch_leads_from_hardly_any_motion_to_more() {
+    let text = "[system]\nname = \"custom\"\npotential = \"q1^2/2 + 2*q2^2 + c*q1*q2\"\n\
+                dissipation = [\"(q1^2 - 1)*v1\", \"v2\"]\nparameters = { c = 1e-8 }\n\
+                [initial]\nq = [1.0, 0.0]\np = [0.0, 0.0]\n[time]\nend = 1.0\nstep = 0.1\n";
+    let problem = Scene::read(text).unwrap_or_else(|error| panic!("{error}")).problem;
+    let branch = Some(Branch { parameter: "c".into(), from: 1e-8, to: 1.0, doublings: 0 });
+    let study = LimitCycle { problem, transient: 60.0, multiple: None, branch };
+    let found = study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?} after {}", found.ending, found.points.len());
+    let [first, last] = [found.points.first(), found.points.last()].map(|x| &x.unwrap().cycle);
+    assert!(first.amplitude[1] < 1e-7 && last.amplitude[1] > 0.1, "{first:?} {last:?}");
 }

@@ -14,8 +14,8 @@
 //! The last satisfies R v = D and x·R x = ρ |x|², which is not negative if D·v is not. Secants by
 //! columns satisfy neither.
 //!
-//! The row of a motor has one entry: R_mj = -F_j, because D_m = -F_j v_j. So p of the motor and w_j
-//! change by the same energy.
+//! v is that of the degrees of freedom. The row of a motor has one entry: R_mj = -F_j, because D_m =
+//! -F_j v_j. So p of the motor and w_j change by the same energy.
 
 use crate::kernels::reductions::max_norm;
 use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar, System, Vector};
@@ -40,6 +40,8 @@ pub(super) struct Slopes<V: Vector> {
     by_q: Vec<(usize, usize, V::Scalar)>,
     linear: bool,
     kind: Kind,
+    /// The number of degrees of freedom that are not motors
+    own: usize,
     damping: DissipationForm,
     diagonal: V,
     /// Columns of R: the rows `reach` above and below the diagonal
@@ -72,6 +74,7 @@ impl<V: Vector> Slopes<V> {
             by_q: Vec::with_capacity(counts[1]),
             linear: system.is_linear(),
             kind: Kind::Diagonal,
+            own: n - system.motors(),
             damping,
             diagonal: V::zeros(n),
             columns: vec![V::Scalar::zero(); entries],
@@ -114,11 +117,11 @@ impl<V: Vector> Slopes<V> {
             self.motors.iter_mut().for_each(|(m, _, r)| *r = found[*m]);
             probe.fill(V::Scalar::zero());
         }
-        let first_motor = v.len() - system.motors();
+        let own = self.own;
         let ask = |probe: &[V::Scalar], found: &mut [V::Scalar]| {
             system.dissipation(q, p, probe, found);
             found.iter_mut().zip(&*rest).for_each(|(found, &rest)| *found -= rest);
-            found[first_motor..].fill(V::Scalar::zero());
+            found[own..].fill(V::Scalar::zero());
         };
         if !self.damping.coupled {
             self.kind = Kind::Diagonal;
@@ -132,8 +135,8 @@ impl<V: Vector> Slopes<V> {
         } else {
             self.probe(v, [probe, found], &ask);
             ask(v, found);
-            if !self.is_linear(v, found) {
-                self.bend_to(v, [probe, found], &ask);
+            if !self.is_linear(v, found, rest) {
+                self.bend_to(&v[..own], [probe, found], &ask);
             }
         }
         d.copy_from_slice(rest);
@@ -172,12 +175,12 @@ impl<V: Vector> Slopes<V> {
         }
     }
 
-    /// Whether D - D(z̄, 0) equals R v to rounding.
-    fn is_linear(&self, v: &[V::Scalar], found: &[V::Scalar]) -> bool {
+    /// Whether D - D(z̄, 0) equals R v to the rounding of D and `rest` = D(z̄, 0).
+    fn is_linear(&self, v: &[V::Scalar], found: &[V::Scalar], rest: &[V::Scalar]) -> bool {
         let (n, reach) = (v.len(), self.reach);
         let width = (2 * reach + 1).min(n);
         (0..n).all(|i| {
-            let (mut sum, mut size) = (V::Scalar::zero(), found[i].abs());
+            let (mut sum, mut size) = (V::Scalar::zero(), found[i].abs() + rest[i].abs());
             for k in rows(n, reach, i) {
                 let term = self.columns[k * width + i - rows(n, reach, k).start] * v[k];
                 sum += term;
@@ -187,7 +190,8 @@ impl<V: Vector> Slopes<V> {
         })
     }
 
-    /// Sets R for D that is not linear in v, given the value `found` of D - D(z̄, 0) at v.
+    /// Sets R for D that is not linear in the velocities v of the degrees of freedom, given the value
+    /// `found` of D - D(z̄, 0) there.
     fn bend_to(
         &mut self,
         v: &[V::Scalar],
@@ -200,7 +204,7 @@ impl<V: Vector> Slopes<V> {
             self.kind = Kind::Diagonal;
             let small = V::Scalar::EPSILON.sqrt() * largest;
             let least = if small > 0.0 { V::Scalar::from_f64(small) } else { one };
-            let moves = |j: usize| v[j].abs().to_f64() > small;
+            let moves = |j: usize| v.get(j).is_some_and(|v| v.abs().to_f64() > small);
             self.secants(v, found, moves);
             for (j, probe) in probe.iter_mut().enumerate() {
                 *probe = if moves(j) { v[j] } else { least };
@@ -270,7 +274,7 @@ impl<V: Vector> Slopes<V> {
                 let along =
                     |x: &[V::Scalar]| x.iter().zip(v).fold(zero, |sum, (&x, &v)| x.mul_add(v, sum));
                 let [by_turn, by_unit] = [along(turn), along(unit)];
-                for (j, to) in to.iter_mut().enumerate() {
+                for (j, to) in to[..self.own].iter_mut().enumerate() {
                     *to += self.rate * v[j] + (turn[j] * by_unit - unit[j] * by_turn);
                 }
             }

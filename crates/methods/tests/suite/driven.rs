@@ -1,6 +1,6 @@
 //! Every method on driven systems: the orders of q, p, w and s, and K, in 31 digits.
 
-use crate::motors::{Model, Scene, Shaker};
+use crate::motors::{Model, Scene, Shaker, is_relaxed};
 use afterbay_methods::registry::{Needs, Row};
 
 /// F_j = a_j cos(ω_j t) (1 + q_j²/4) on these particles.
@@ -31,6 +31,14 @@ fn orders_where_one_of_two_is_driven() {
 #[test]
 fn orders_of_one_degree_of_freedom() {
     assert_eq!(shaken(Model::Single { drag: true }, &[0]).check_orders(&shows), 24);
+}
+
+/// From rest, where the friction is small beside the force.
+#[test]
+fn friction_that_couples_the_momenta_may_be_driven() {
+    let scene = shaken(Model::Rubbed, &[0]);
+    assert_eq!(scene.check_orders(&|row| shows(row) && !is_relaxed(row)), 12);
+    assert_eq!(scene.run_all(1e-5, &mut |_, _, _| {}), 20);
 }
 
 /// Checks that a system without friction dissipates nothing under any method.

@@ -1,7 +1,7 @@
 //! The periods of coordinates and of the time: functions are periodic in an input that occurs only
 //! in sines, cosines and fractional parts of frequencies that are multiples of one. A sine changes
-//! its sign after half a period, so that its square has half the period. A potential may have a term
-//! that is linear in a coordinate as well: its force is constant, as that of a torque.
+//! its sign after half a period, so that its square has half the period. A potential may have a
+//! term that is linear in a coordinate as well: its force is constant, as that of a torque.
 
 use super::Custom;
 use afterbay_expression::{Function, Graph, Input, Kinds, Node, Term};
@@ -137,8 +137,8 @@ fn common(a: Dependence, b: Dependence) -> Option<(f64, [f64; 2])> {
     Some((low / multiples[0], multiples))
 }
 
-/// The least whole numbers m and n with n/m equal to a ratio that is at least 1: frequencies in this
-/// ratio are m and n times one, and m times the longer period is n times the shorter. None if m
+/// The least whole numbers m and n with n/m equal to a ratio that is at least 1. Frequencies in
+/// this ratio are m and n times one; m times the longer period is n times the shorter. None if m
 /// would be above twelve, a choice.
 pub fn whole_multiples(ratio: f64, tolerance: f64) -> Option<[f64; 2]> {
     (1..=12).map(f64::from).find_map(|m| {

@@ -7,8 +7,8 @@ const CHANGE: f64 = 0.05;
 const MOVE: f64 = 0.5;
 
 /// Whether a run changes from the first half of its points to the second: an entry shrinks or
-/// grows, in range and in standard deviation, or its mean moves. Entries whose range is smaller than
-/// `least` of their units do not count.
+/// grows, in range and in standard deviation, or its mean moves. Entries whose range is smaller
+/// than `least` of their units do not count.
 pub(super) fn still_moves(
     [first, second]: &[Vec<Distribution>; 2],
     units: &[f64],

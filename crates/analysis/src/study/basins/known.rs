@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::{HashSet, VecDeque};
 use std::ops::ControlFlow;
 
-/// The largest distance of a state from a cycle that it has reached. It and the others are in units
-/// of the distance ([`Basins::metric`]).
+/// The largest distance of a state from a cycle that it has reached. Distances here are those of the
+/// metric of the survey.
 const NEAR: f64 = 1e-3;
 /// The largest distance of states that count as repeated.
 const REPEATED: f64 = 1e-6;
@@ -66,7 +66,7 @@ impl Known {
     fn of_cycle(metric: &Metric, cycle: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
         // Two turns of a cycle show its period.
         let points = [&cycle[..], &cycle[..]].concat();
-        let attractor = Attractor::of(points, metric.within(ranges, NEAR))?;
+        let attractor = Attractor::of(points, metric.of_motion(ranges, NEAR))?;
         Some(Self { attractor, cycle, boxes: HashSet::new(), sides: Vec::new() })
     }
 
@@ -74,7 +74,7 @@ impl Known {
     /// boxes of the first half hold the second half as well: those of an attractor of many
     /// dimensions are larger.
     fn of_points(metric: &Metric, points: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
-        let metric = metric.within(ranges, NEAR);
+        let metric = metric.of_motion(ranges, NEAR);
         let (first, second) = points.split_at(points.len() / 2);
         let sides = |share: f64| metric.units().iter().map(|unit| share * unit).collect::<Vec<_>>();
         let boxes = |of: &[Vec<f64>], sides: &[f64]| -> HashSet<Vec<i64>> {
@@ -227,7 +227,7 @@ pub(super) struct Found<'a, const STEPS: bool> {
     nearby: Nearby<'a>,
     /// The last states.
     last: VecDeque<Vec<f64>>,
-    /// The ranges between each of them and the one before.
+    /// The ranges between each of the last of them and the one before.
     paths: VecDeque<Ranges>,
     /// The returns in a row that repeat the state k returns before, for each k from 1.
     repeats: Vec<usize>,
@@ -236,6 +236,8 @@ pub(super) struct Found<'a, const STEPS: bool> {
     moved: bool,
     /// The states after the longest transient; with `STEPS` their number alone counts.
     filling: Vec<Vec<f64>>,
+    /// The ranges of the motion there.
+    filled: Ranges,
     /// Of the states of each half of that time, or of its steps.
     halves: [Vec<Distribution>; 2],
 }
@@ -243,9 +245,10 @@ pub(super) struct Found<'a, const STEPS: bool> {
 impl<'a, const STEPS: bool> Found<'a, STEPS> {
     pub(super) fn new(nearby: Nearby<'a>) -> Self {
         let (repeats, filling) = (vec![0; LONGEST_CYCLE], Vec::new());
+        let filled = Ranges::nothing(nearby.dof);
         let halves = [Vec::new(), Vec::new()];
         let (last, paths, period, moved) = (VecDeque::new(), VecDeque::new(), None, false);
-        Self { nearby, last, paths, repeats, period, moved, filling, halves }
+        Self { nearby, last, paths, repeats, period, moved, filling, filled, halves }
     }
 
     pub(super) fn periods(&self) -> &[Option<f64>] {
@@ -284,6 +287,7 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
                 self.count(&at);
             }
             self.filling.push(at.clone());
+            self.filled.join(path);
         }
         let rests = !std::mem::take(&mut self.moved);
         for (repeats, before) in self.repeats.iter_mut().zip(self.last.iter().rev()) {
@@ -294,6 +298,8 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
         self.paths.push_back(path.clone());
         if self.last.len() > SEEN {
             self.last.pop_front();
+        }
+        if self.paths.len() > LONGEST_CYCLE {
             self.paths.pop_front();
         }
         let period = (1..=LONGEST_CYCLE).find(|&k| self.repeats[k - 1] > 2 * (k + MORE));
@@ -322,7 +328,7 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
     /// The known attractor that the run has reached, its returns, and what it shows, if it has
     /// settled.
     pub(super) fn ended(self) -> (Option<usize>, u64, Option<Shown>) {
-        let Self { nearby, last, paths, period, filling, halves, .. } = self;
+        let Self { nearby, last, paths, period, filling, filled, halves, .. } = self;
         let metric = nearby.metric;
         let ranges = |returns: usize| {
             let mut all = Ranges::nothing(nearby.dof);
@@ -341,7 +347,7 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
                 let extents = both.map(|(a, b)| a.range().max(b.range())).collect();
                 Some(Shown::Motion { from: from.clone(), extents })
             }
-            _ => Known::of_points(metric, filling, &ranges(SEEN)).map(Shown::Known),
+            _ => Known::of_points(metric, filling, &filled).map(Shown::Known),
         };
         (nearby.reached, nearby.returns, shown)
     }

@@ -44,8 +44,8 @@ impl Survey<'_> {
     }
 }
 
-/// Whether the spectral radius of a matrix exceeds 1, up to [`GROWS`]. No if its eigenvalues are not
-/// found.
+/// Whether the spectral radius of a matrix exceeds 1, up to [`GROWS`]. No if its eigenvalues are
+/// not found.
 fn grows(columns: &[Vec<f64>]) -> bool {
     let matrix = DMatrix::from_fn(columns.len(), columns.len(), |i, j| columns[j][i]);
     largest_eigenvalue(matrix).is_some_and(|largest| largest > 1.0 + GROWS)

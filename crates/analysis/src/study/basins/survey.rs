@@ -21,8 +21,8 @@ const NEW_AT_ONCE: usize = 8;
 /// states that are stored.
 const TOGETHER: usize = 4 * GROUP;
 
-/// How often a run that has shown an attractor without a period is followed as long again: it may be
-/// a long transient.
+/// How often a run that has shown an attractor without a period is followed as long again: it may
+/// be a long transient.
 const CONFIRMED: usize = 2;
 
 /// What is found so far.
@@ -56,7 +56,7 @@ impl<'a> Survey<'a> {
             if open.is_empty() {
                 break;
             }
-            if self.attractors.len() >= MOST_ATTRACTORS {
+            if self.is_full() {
                 self.give_up(&open);
                 break;
             }
@@ -72,7 +72,7 @@ impl<'a> Survey<'a> {
             }
             // Another comparison would be that of before. Each run decides for itself.
             for group in left.chunks(TOGETHER) {
-                if self.attractors.len() < MOST_ATTRACTORS {
+                if !self.is_full() {
                     self.discover(group)?;
                 }
             }
@@ -85,6 +85,11 @@ impl<'a> Survey<'a> {
     /// Those of cells whose outcome is not known.
     fn open(&self, cells: impl IntoIterator<Item = usize>) -> Vec<usize> {
         cells.into_iter().filter(|&i| self.cells[i].is_none()).collect()
+    }
+
+    /// Whether no more attractors are told apart.
+    fn is_full(&self) -> bool {
+        self.attractors.len() >= MOST_ATTRACTORS
     }
 
     fn give_up(&mut self, open: &[usize]) {
@@ -119,20 +124,23 @@ impl<'a> Survey<'a> {
             self.look::<false>(&open)?
         };
         for (i, ended) in open.into_iter().zip(ended) {
-            let ((reached, periods, shown), mut ending) = self.confirmed(ended)?;
+            let ((reached, periods, shown), mut ending) =
+                if self.is_full() { ended } else { self.confirmed(ended)? };
             let mut attractor = reached;
             if ending.is_completed() && reached.is_none() {
                 let found = match shown {
                     Some(Shown::Known(known)) => Some(known),
-                    Some(Shown::Motion { from, extents }) => self.path(&from, extents)?,
-                    None => None,
+                    Some(Shown::Motion { from, extents }) if !self.is_full() => {
+                        self.path(&from, extents)?
+                    }
+                    Some(Shown::Motion { .. }) | None => None,
                 };
                 ending.outcome = UNSETTLED;
                 if let Some(found) = found {
                     attractor = self.same(&found);
                     if attractor.is_none() && self.repels(found.cycle())? {
                         ending.outcome = UNSTABLE;
-                    } else if attractor.is_none() && self.attractors.len() < MOST_ATTRACTORS {
+                    } else if attractor.is_none() && !self.is_full() {
                         self.attractors.push(found);
                         attractor = Some(self.attractors.len() - 1);
                     }
@@ -162,10 +170,17 @@ impl<'a> Survey<'a> {
     ) -> Result<(Ended, Ending), InputError> {
         for _ in 0..CONFIRMED {
             let (None, before, Some(Shown::Known(known))) = &found else { break };
+            if !ending.is_completed() {
+                break;
+            }
             let last = known.attractor.points().last().filter(|_| known.cycle().is_empty());
             let Some(last) = last.filter(|_| self.same(known).is_none()) else { break };
             let watch = Found::<false>::new(Nearby::new(self, 0));
-            let run = vec![(self.basins.member_at(last)?, watch)];
+            let mut run = self.basins.member_at(last)?;
+            // A failure says when it happens.
+            let interval = self.basins.section.interval(&run.model).unwrap_or(0.0);
+            run.start.t = *before as f64 * interval;
+            let run = vec![(run, watch)];
             let Some((watch, ended)) = self.ensemble.follow(run)?.pop() else { break };
             let (reached, returns, shown) = watch.ended();
             (found, ending) = ((reached, before + returns, shown), ended);

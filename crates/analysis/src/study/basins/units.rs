@@ -25,13 +25,9 @@ impl Basins {
         let members = self.samples().into_iter().map(watch);
         let members = members.collect::<Result<Vec<_>, InputError>>()?;
         let ended = Ensemble { progress: &Silent, ..*ensemble }.follow(members)?.into_iter();
-        let stays = ended.filter(|(halves, ending)| ending.is_completed() && halves.stay());
-        let moves: Vec<Vec<f64>> = stays
-            .map(|(Halves([mut all, second]), _)| {
-                all.join(&second);
-                Metric::of(&periods, &all, &all).extents()
-            })
-            .collect();
+        let completed = ended.filter(|(_, ending)| ending.is_completed());
+        let moves: Vec<Vec<f64>> =
+            completed.filter_map(|(halves, _)| halves.extents(&periods)).collect();
         let unit = |j: usize| {
             let mut each: Vec<f64> = moves.iter().map(|units| units[j]).collect();
             each.sort_by(f64::total_cmp);
@@ -62,10 +58,15 @@ impl Basins {
 struct Halves([Ranges; 2]);
 
 impl Halves {
-    /// Whether the second half goes about as far as the first.
-    fn stay(&self) -> bool {
+    /// The extents of the run, 0 for what does not move; none if an entry goes much further in the
+    /// second half.
+    fn extents(self, periods: &[Option<f64>]) -> Option<Vec<f64>> {
         let Self([first, second]) = self;
-        (0..first.len()).all(|j| second.extent(j) <= GROWTH * first.extent(j))
+        let mut all = first.clone();
+        all.join(&second);
+        let extents = Metric::of(periods, &all, &all).extents();
+        let stays = |j: usize| extents[j] == 0.0 || second.extent(j) <= GROWTH * first.extent(j);
+        (0..extents.len()).all(stays).then_some(extents)
     }
 }
 

@@ -1,7 +1,6 @@
 //! One run from section to section.
 
 use super::{Ending, Ensemble, Job, Watch};
-use crate::study::ranges::stride;
 use crate::study::section::{Crossing, MOST_STEPS_BETWEEN, Section, rewind};
 use crate::study::zero::{at_zero, copy};
 use afterbay_core::{Grid, InputError, IntegrateError, StateRef};
@@ -27,17 +26,13 @@ pub(super) fn run<W: Watch>(ensemble: &Ensemble<'_>, job: &mut Job<W>) -> Result
 
 /// Takes the steps of an interval after the first `done`.
 pub(super) fn finish<W: Watch>(job: &mut Job<W>, done: u64) -> Result<(), InputError> {
-    let (grid, stride) =
-        (Grid { steps: job.grid.steps - done, ..job.grid }, stride(job.grid.steps));
+    let grid = Grid { steps: job.grid.steps - done, ..job.grid };
     let Job { run, state, path, watch, .. } = job;
-    let every = if W::WANTS_STEPS || done > 0 { 1 } else { stride };
-    let outcome = run.run(grid, state, every, &mut |step, state| {
+    let outcome = run.run(grid, state, 1, &mut |step, state| {
         if step > 0 && W::WANTS_STEPS {
             watch.step(state);
         }
-        if (done + step).is_multiple_of(stride) {
-            path.see(state);
-        }
+        path.see(state);
         ControlFlow::Continue(())
     });
     match outcome {

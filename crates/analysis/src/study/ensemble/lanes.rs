@@ -2,7 +2,7 @@
 
 use super::{Ensemble, Job, Watch, alone};
 use crate::Lanes;
-use crate::study::ranges::{Ranges, stride};
+use crate::study::ranges::Ranges;
 use crate::study::section::rewind;
 use crate::study::side::{Side, put_state, state_of};
 use afterbay_core::{Grid, InputError, IntegrateError, Scalar, State, StateRef, f64x8};
@@ -34,7 +34,7 @@ pub(super) fn together<W: Watch>(
             paths.see(all);
             ControlFlow::Continue(())
         };
-        let good = match run.run(grid, &mut group.all, stride(steps), see) {
+        let good = match run.run(grid, &mut group.all, 1, see) {
             Ok(_) => steps,
             Err(IntegrateError::Run(error)) => error.step - 1,
             Err(IntegrateError::Input(error)) => return Err(error),

@@ -15,6 +15,7 @@
 
 use super::cycle::Cycle;
 use super::event::{self, Tests, is_real};
+use super::scales::scales_of;
 use super::shooting::{Condition, Image, Shooting, Solved};
 use super::{CycleFailure, Event, Point, phase, steps};
 use afterbay_core::IntegrateError;
@@ -36,6 +37,8 @@ const MOST_POINTS: usize = 5_000;
 /// The steps become shorter by this factor at each period doubling: the distance of the states of a
 /// cycle from those of the cycle before falls by Feigenbaum's α = 2.50.
 const ALPHA: f64 = 2.5;
+/// The factor by which the size of an unknown may change before it is measured anew.
+const RESCALED: f64 = 4.0;
 /// The value of a test function that counts as 0, relative to those between which it is.
 const LOCATED: f64 = 1e-10;
 
@@ -201,6 +204,7 @@ impl Walk<'_> {
             }
             points.push(Point { cycle: next.cycle.clone(), event: None });
             (self.at, self.fresh) = (next, false);
+            self.rescale();
             if limit.is_some() {
                 return Ok(Goes::Ends);
             }
@@ -210,6 +214,26 @@ impl Walk<'_> {
                 ds /= 1.5;
             }
         }
+    }
+
+    /// Measures q and p by the present cycle, if it differs much in size from the one before.
+    fn rescale(&mut self) {
+        let Self { shooting, at, .. } = self;
+        let size = shooting.size();
+        let scales = scales_of(&at.image.path, &at.image.monodromy, &at.x);
+        let factors = scales.iter().zip(&shooting.scales).map(|(new, old)| new / old);
+        let factors: Vec<f64> = factors.take(size).collect();
+        if factors.iter().all(|factor| (1.0 / RESCALED..=RESCALED).contains(factor)) {
+            return;
+        }
+        for (j, factor) in factors.into_iter().enumerate() {
+            at.image.matrix.col_mut(j).iter_mut().for_each(|entry| *entry *= factor);
+            at.along[j] /= factor;
+            shooting.scales[j] = scales[j];
+        }
+        let length = dot(&at.along, &at.along).sqrt();
+        at.along.iter_mut().for_each(|x| *x /= length);
+        at.tests = event::tests(&at.cycle, at.along[at.x.len() - 1]);
     }
 
     /// n for steps of nearly h at the present place.

@@ -165,6 +165,7 @@ impl Walk<'_> {
         let (from, periods, dof) = (self.point(), self.periods.clone(), self.dof);
         let metric = |motion: &Ranges, all: &Ranges| Metric::of(&periods, motion, all);
         let of_run = metric(&self.all, &self.all);
+        let extents = of_run.extents();
         let mut normal: Option<Vec<f64>> = None;
         let mut closest = f64::INFINITY;
         let mut before: Option<(Vec<f64>, f64)> = None;
@@ -174,8 +175,10 @@ impl Walk<'_> {
             let off: Vec<f64> =
                 of_run.difference(&from, &point(&periods, dof, state).concat()).collect();
             let Some(normal) = &normal else {
-                let along = off.iter().zip(of_run.units()).map(|(x, unit)| x / unit / unit);
-                normal = (step > start).then(|| along.collect());
+                let along = off.iter().zip(&extents).map(|(x, extent)| x / extent / extent);
+                // What does not move has no part in it.
+                let part = |x: f64| if x.is_finite() { x } else { 0.0 };
+                normal = (step > start).then(|| along.map(part).collect());
                 return ControlFlow::Continue(());
             };
             let height: f64 = normal.iter().zip(&off).map(|(n, x)| n * x).sum();

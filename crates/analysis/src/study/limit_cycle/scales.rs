@@ -1,12 +1,13 @@
 //! The sizes by which the unknowns of a cycle are measured.
 
+use crate::study::stability::balance;
 use faer::Mat;
 use nalgebra::DMatrix;
-use nalgebra::linalg::balancing::balance_parlett_reinsch;
 
 /// The least extent of a coordinate or a momentum that moves, relative to the largest of its kind.
 const MOVES: f64 = 1e-9;
-/// The least size, as a share of the magnitude. Corrections are roundings below 1e-16 of that.
+/// The least size, as a share of the magnitude. Corrections below 1e-16 of the magnitude are
+/// roundings.
 const OF_MAGNITUDE: f64 = 1e-5;
 
 /// Half of the extent of each q_j and p_j on a path, and the magnitudes of the other unknowns.
@@ -21,10 +22,10 @@ pub(super) fn scales_of(path: &[Vec<f64>], monodromy: &Mat<f64>, x: &[f64]) -> V
         let j = j % dof;
         extents[j] > MOVES * q || extents[j + dof] > MOVES * p
     };
-    let balance = balance(monodromy);
-    let resting = (0..dof).filter(|&j| !moves(j)).map(|j| balance[j]).fold(0.0, f64::max);
+    let sizes = balanced(monodromy);
+    let resting = (0..dof).filter(|&j| !moves(j)).map(|j| sizes[j]).fold(0.0, f64::max);
     let scale = |j: usize| {
-        let found = if moves(j) { extents[j] } else { q * balance[j] / resting };
+        let found = if moves(j) { extents[j] } else { q * sizes[j] / resting };
         found.max(OF_MAGNITUDE * magnitudes[j])
     };
     let usable = |scale: f64| if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
@@ -44,11 +45,9 @@ fn measured(path: &[Vec<f64>], size: usize) -> [Vec<f64>; 2] {
     ]
 }
 
-/// The sizes d_j for which the rows and columns of M_ij d_j/d_i have about equal norms.
-fn balance(matrix: &Mat<f64>) -> Vec<f64> {
-    let mut matrix = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)]);
-    if matrix.iter().any(|x| !x.is_finite()) {
-        return vec![1.0; matrix.nrows()];
-    }
-    balance_parlett_reinsch(&mut matrix).iter().copied().collect()
+/// The sizes d_j that balance a matrix; 1 if it is not finite.
+fn balanced(matrix: &Mat<f64>) -> Vec<f64> {
+    let size = matrix.nrows();
+    let found = balance(&mut DMatrix::from_fn(size, size, |i, j| matrix[(i, j)]));
+    found.map_or_else(|| vec![1.0; size], |(_, sizes)| sizes)
 }

@@ -5,8 +5,8 @@ use afterbay_methods::registry::Run;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{DMatrix, Schur};
 
-/// The largest difference of an entry between the image of a sum and the sum of the images, as a
-/// share of its largest number in them, or of 1, at which a step counts as linear.
+/// The largest difference of an entry between the image of a sum and the sum of the images at which
+/// a step counts as linear, as a share of the largest number of its row, or of 1 if that is larger.
 const LINEAR: f64 = 1e-9;
 /// The most sweeps of the eigenvalue iteration per row.
 const SWEEPS: usize = 100;
@@ -50,16 +50,30 @@ pub(super) fn spectral_radius(
     Ok(largest_eigenvalue(matrix))
 }
 
-/// The largest |eigenvalue| of a square matrix; `None` if the iteration does not converge. The
-/// matrix is balanced first, so that entries in small units count as others do.
-pub(crate) fn largest_eigenvalue(mut matrix: DMatrix<f64>) -> Option<f64> {
+/// Balances a square matrix M: divides it by its largest |entry|, and returns this with the sizes
+/// d_j for which the rows and columns of M_ij d_j/d_i have about equal norms. `None` if M is not
+/// finite.
+pub(crate) fn balance(matrix: &mut DMatrix<f64>) -> Option<(f64, Vec<f64>)> {
+    let largest = matrix.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     if matrix.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    balance_parlett_reinsch(&mut matrix);
+    if largest > 0.0 {
+        // Squares of entries may not overflow.
+        *matrix /= largest;
+    }
+    let sizes = balance_parlett_reinsch(matrix);
+    Some((largest, sizes.iter().copied().collect()))
+}
+
+/// The largest |eigenvalue| of a square matrix; `None` if the iteration does not converge. The
+/// matrix is balanced first, so that entries in small units count as others do.
+pub(crate) fn largest_eigenvalue(mut matrix: DMatrix<f64>) -> Option<f64> {
+    let (largest, _) = balance(&mut matrix)?;
     let sweeps = SWEEPS * matrix.nrows();
     let schur = Schur::try_new(matrix, f64::EPSILON, sweeps)?;
-    Some(schur.complex_eigenvalues().iter().map(|z| z.re.hypot(z.im)).fold(0.0, f64::max))
+    let sizes = schur.complex_eigenvalues().map(|z| z.re.hypot(z.im));
+    Some(largest * sizes.iter().copied().fold(0.0, f64::max))
 }
 
 #[cfg(test)]
@@ -75,5 +89,8 @@ mod tests {
         let found = largest_eigenvalue(other).unwrap();
         assert!((found - exact).abs() < 1e-14 * exact, "{found} {exact}");
         assert_eq!(largest_eigenvalue(DMatrix::from_element(2, 2, f64::NAN)), None);
+        // Squares of these overflow.
+        let large = largest_eigenvalue(DMatrix::from_element(2, 2, 1e200)).unwrap();
+        assert!((large / 2e200 - 1.0).abs() < 1e-14, "{large:e}");
     }
 }

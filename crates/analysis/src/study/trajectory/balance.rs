@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 /// The rise of H, as a share of its size, up to which it counts as rounding.
 const ROUNDING: f64 = 1e-8;
 
-/// The deviation of K and the rise of H over the states seen: after each step, and between the steps
-/// where a state is kept there.
+/// The deviation of K and the rise of H over the states seen: after each step, and between the
+/// steps where a state is kept there.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Balance {
     /// K of the first state.

@@ -129,7 +129,7 @@ pub struct BasinsTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval: Option<f64>,
     /// The intervals within which a run is compared with the attractors known so far [default:
-    /// 1000]. Runs that reach none are followed for up to 4000 more, to find new ones.
+    /// 1000]. Runs that reach none are followed for 4000 more or longer, to find new ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub longest: Option<u64>,
     /// Whether a reference with small steps is shown, too [default: true].

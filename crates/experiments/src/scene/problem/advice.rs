@@ -71,9 +71,9 @@ impl SceneProblem {
             Self::NoPeriod => {
                 "t shows a period where it occurs only in sines and cosines whose frequencies are \
                  multiples of one, the lowest at most 12 times it; that of forces may be given, as \
-                 period = \"2*pi/omega\" in [drive]. A constant force f belongs in the potential, as \
-                 -f*q1. Or take a section such as section = { of = \
-                 \"q1\", direction = \"rising\" }"
+                 period = \"2*pi/omega\" in [drive]. A constant force f belongs in the potential, \
+                 as -f*q1. Or take a section such as section = { of = \"q1\", \
+                 direction = \"rising\" }"
             }
             Self::TwoAxes => {
                 "write grid = { q1 = { from = -2, to = 2, count = 100 }, \
