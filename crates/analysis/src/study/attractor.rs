@@ -290,6 +290,9 @@ mod tests {
                 assert!(found.is_settling(), "{rate} {turn}");
             }
         }
+        // Nor has a motion that creeps on.
+        let creeps = attractor(&(0..2000).map(|n| 1.0 + 4e-5 * f64::from(n)).collect::<Vec<_>>());
+        assert_eq!(creeps.kind, Kind::Aperiodic);
         // A cycle of period 2 whose points are as near.
         let of_two = |n: usize| if n.is_multiple_of(2) { 1.0 } else { 1.002 };
         let of_two = attractor(&(0..100).map(of_two).collect::<Vec<_>>());
