@@ -31,6 +31,18 @@ impl Progress for Silent {
     fn advance(&self) {}
 }
 
+/// Passes on that the user asked to stop, and no progress.
+pub(crate) struct Unseen<'a>(pub(crate) &'a dyn Progress);
+
+impl Progress for Unseen<'_> {
+    fn begin(&self, _stage: &str, _total: usize) {}
+    fn advance(&self) {}
+
+    fn stopped(&self) -> bool {
+        self.0.stopped()
+    }
+}
+
 /// The progress of one cell of a stage: tells beside its pieces what they cost.
 pub struct Weighted<'a> {
     progress: &'a dyn Progress,

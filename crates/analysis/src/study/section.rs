@@ -146,15 +146,6 @@ pub(super) fn nearest(x: f64, period: f64) -> f64 {
     x - period * (x / period).round()
 }
 
-/// The largest difference of two points (q, p), round coordinates with a period.
-pub(super) fn far(model_periods: &[Option<f64>], a: &[f64], b: &[f64]) -> f64 {
-    let periods = model_periods.iter().copied().chain(std::iter::repeat(None));
-    let off = |((a, b), period): ((&f64, &f64), Option<f64>)| {
-        period.map_or(a - b, |period| nearest(a - b, period)).abs()
-    };
-    a.iter().zip(b).zip(periods).map(off).fold(0.0, f64::max)
-}
-
 /// q and p of the degrees of freedom that are not motors. Coordinates with a period lie within half
 /// of it from 0.
 pub(super) fn point(

@@ -148,10 +148,9 @@ pub fn whole_multiples(ratio: f64, tolerance: f64) -> Option<[f64; 2]> {
 }
 
 impl Custom<f64> {
-    /// The period of each coordinate, if the form shows one: all ∂V/∂q_i and every D_i are the same
-    /// at q_j and at q_j plus the period. There is none if q_j occurs outside of sines and cosines
-    /// of linear forms, but for a multiple of q_j in V, if their frequencies are no multiples of
-    /// one, or if q_j does not occur in one.
+    /// The period of each coordinate, if the form shows one: all ∂V/∂q_i and D_i are the same at q_j
+    /// and at q_j plus the period. q_j then occurs only in sines and cosines of linear forms, whose
+    /// frequencies are multiples of one. V may contain a multiple of q_j as well.
     pub fn periods(&self) -> Vec<Option<f64>> {
         let shape = &self.shape;
         periods(&shape.graph, &shape.fields, shape.dof, &self.parameters)
@@ -177,7 +176,8 @@ pub(super) fn periods(
     let by = |j| Input::Coordinate(j as u32);
     let period_by = |j| {
         let mut all = dependences(graph, roots, by(j), &moving, &numbers);
-        // The force of a multiple of the coordinate is constant.
+        // The force of a multiple of a coordinate is constant. So is the power of a multiple of the
+        // time, which is the last coordinate of a system with a clock.
         all[0] = all[0].level();
         period(all)
     };

@@ -22,8 +22,8 @@ const MORE: usize = 5;
 const SEEN: usize = LONGEST_CYCLE + 2 * (LONGEST_CYCLE + MORE);
 /// The distance below which repeated states are one but for roundings.
 const ROUNDINGS: f64 = 1e-10;
-/// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] and of
-/// the extent of the cycle. A choice: other runs are then told to be near the same cycle.
+/// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] or of
+/// the extent of the cycle, whichever is less. A choice: other runs are then told to be near the same cycle.
 const TO_GO: f64 = 0.1;
 /// The least sides of the boxes of an attractor without a period, relative to its extents.
 pub(super) const BOX: f64 = 0.02;

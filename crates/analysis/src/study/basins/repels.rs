@@ -1,7 +1,7 @@
 //! Whether small displacements from a cycle grow.
 
 use super::survey::Survey;
-use crate::progress::Silent;
+use crate::progress::Unseen;
 use crate::study::ensemble::{Ensemble, Watch};
 use crate::study::ranges::Ranges;
 use crate::study::section::point;
@@ -30,7 +30,8 @@ impl Survey<'_> {
             let turn = Turn { returns: cycle.len() as u64, periods, dof, end: Vec::new() };
             members.push((self.basins.member_at(&at)?, turn));
         }
-        let ended = Ensemble { progress: &Silent, ..self.ensemble }.follow(members)?;
+        let unseen = Unseen(self.ensemble.progress);
+        let ended = Ensemble { progress: &unseen, ..self.ensemble }.follow(members)?;
         if ended.iter().any(|(_, ending)| !ending.is_completed()) {
             return Ok(false);
         }

@@ -124,34 +124,38 @@ impl<'a> Survey<'a> {
             self.look::<false>(&open)?
         };
         for (i, ended) in open.into_iter().zip(ended) {
-            let ((reached, periods, shown), mut ending) =
-                if self.is_full() { ended } else { self.confirmed(ended)? };
-            let mut attractor = reached;
-            if ending.is_completed() && reached.is_none() {
-                let found = match shown {
-                    Some(Shown::Known(known)) => Some(known),
-                    Some(Shown::Motion { from, extents }) if !self.is_full() => {
-                        self.path(&from, extents)?
-                    }
-                    Some(Shown::Motion { .. }) | None => None,
-                };
-                ending.outcome = UNSETTLED;
-                if let Some(found) = found {
-                    attractor = self.same(&found);
-                    if attractor.is_none() && self.repels(found.cycle())? {
-                        ending.outcome = UNSTABLE;
-                    } else if attractor.is_none() && !self.is_full() {
-                        self.attractors.push(found);
-                        attractor = Some(self.attractors.len() - 1);
-                    }
-                }
-                if attractor.is_some() {
-                    ending.outcome = COMPLETED;
-                }
-            }
-            self.cells[i] = Some(Cell { attractor, periods, ending });
+            let ended = if self.is_full() { ended } else { self.confirmed(ended)? };
+            self.cells[i] = Some(self.outcome(ended)?);
         }
         Ok(())
+    }
+
+    /// The outcome of a run. A new attractor that it shows is added to the others.
+    fn outcome(
+        &mut self,
+        ((reached, periods, shown), ending): (Ended, Ending),
+    ) -> Result<Cell, InputError> {
+        if reached.is_some() || !ending.is_completed() {
+            return Ok(Cell { attractor: reached, periods, ending });
+        }
+        let found = match shown {
+            Some(Shown::Known(known)) => Some(known),
+            Some(Shown::Motion { from, extents }) => self.path(&from, extents)?,
+            None => None,
+        };
+        let (attractor, outcome) = match found {
+            None => (None, UNSETTLED),
+            Some(found) => match self.same(&found) {
+                Some(known) => (Some(known), COMPLETED),
+                None if self.repels(found.cycle())? => (None, UNSTABLE),
+                None if self.is_full() => (None, UNSETTLED),
+                None => {
+                    self.attractors.push(found);
+                    (Some(self.attractors.len() - 1), COMPLETED)
+                }
+            },
+        };
+        Ok(Cell { attractor, periods, ending: Ending { outcome, ..ending } })
     }
 
     /// Follows runs until each reaches a known attractor or has settled.

@@ -1,7 +1,7 @@
 //! The distance in which the states of basins are compared.
 
 use super::Basins;
-use crate::progress::Silent;
+use crate::progress::Unseen;
 use crate::study::ensemble::{Ensemble, Watch};
 use crate::study::metric::Metric;
 use crate::study::ranges::Ranges;
@@ -24,7 +24,8 @@ impl Basins {
             |i: usize| Ok((self.member(i)?, Halves([(); 2].map(|()| Ranges::nothing(dof)))));
         let members = self.samples().into_iter().map(watch);
         let members = members.collect::<Result<Vec<_>, InputError>>()?;
-        let ended = Ensemble { progress: &Silent, ..*ensemble }.follow(members)?.into_iter();
+        let unseen = Unseen(ensemble.progress);
+        let ended = Ensemble { progress: &unseen, ..*ensemble }.follow(members)?.into_iter();
         let completed = ended.filter(|(_, ending)| ending.is_completed());
         let moves: Vec<Vec<f64>> =
             completed.filter_map(|(halves, _)| halves.extents(&periods)).collect();

@@ -30,7 +30,8 @@ pub enum CycleFailure {
          also be without a period"
     )]
     NoReturn {
-        /// The least distance of a return, relative to the extent of the motion.
+        /// The least distance of a return: the largest difference of an entry, relative to its
+        /// extent in the motion.
         nearest: f64,
         /// The time of the search.
         time: f64,

@@ -167,7 +167,8 @@ impl Walk<'_> {
         let of_run = metric(&self.all, &self.all);
         let extents = of_run.extents();
         let mut normal: Option<Vec<f64>> = None;
-        let mut closest = f64::INFINITY;
+        // A motion is nowhere further from a state on it than its extent.
+        let mut closest = 1.0_f64;
         let mut before: Option<(Vec<f64>, f64)> = None;
         let mut found = None;
         let start = self.done;

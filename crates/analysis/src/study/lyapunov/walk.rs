@@ -3,8 +3,9 @@
 use super::growth::{Divergence, Frame, Growth, Stop};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
+use crate::study::metric::Metric;
 use crate::study::outcome::Ending;
-use crate::study::section::{far, point};
+use crate::study::section::point;
 use crate::study::tangent::Tangent;
 use afterbay_core::{Grid, InputError, IntegrateError, State};
 use afterbay_methods::registry::{Row, Run};
@@ -84,13 +85,14 @@ impl<'a> Walk<'a> {
         self.rewind();
         let Self { run, tangent, divergence, frame, state, progress, h, done, all, .. } = self;
         let (periods, dof, from) = (&self.periods, self.dof, &self.from);
+        let metric = Metric::with_units(periods, vec![1.0; from.len()]);
         let (grid, stride) =
             (Grid { h: *h, steps }, if growth.is_some() { 1 } else { STEPS_BETWEEN_LOOKS });
         let mut broken = Ok(());
         let result = run.run(grid, state, stride, &mut |step, state| {
             piece.reach(*done + step, *all);
             if let Some(growth) = &mut growth {
-                let off = far(periods, from, &point(periods, dof, state).concat());
+                let off = metric.distance(from, &point(periods, dof, state).concat());
                 growth.reach = growth.reach.max(off);
             }
             broken = match &mut growth {
