@@ -37,7 +37,7 @@ pub(super) fn closed_are_finite<T: Scalar>(
     first_not_finite(places, |node| values.get(node).copied())
 }
 
-/// Checks that all operations, and H, its gradient and D, are finite at (q, p). Where an operation
+/// Checks that all operations and their parts, and H, its gradient and D, are finite at (q, p). Where an operation
 /// mentions the time, that is the last coordinate.
 pub(super) fn finite_at<T: Scalar, S: System<T>>(
     system: &S,
@@ -56,7 +56,8 @@ pub(super) fn finite_at<T: Scalar, S: System<T>>(
     let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![T::zero(); n]);
     system.gradient(q, p, &mut hq, &mut hp);
     let operations: Vec<Node> = places.iter().map(|x| x.1).collect();
-    let values = graph.evaluate(&graph.all(&operations), parameters, &|input| match input {
+    let parts = graph.all(&operations);
+    let values = graph.evaluate(&parts, parameters, &|input| match input {
         Input::Coordinate(j) => q[j as usize],
         Input::Momentum(j) => p[j as usize],
         Input::Velocity(j) => hp[j as usize],
@@ -64,11 +65,31 @@ pub(super) fn finite_at<T: Scalar, S: System<T>>(
         Input::OwnCoordinate | Input::OwnMomentum => T::zero(),
     });
     first_not_finite(places, |node| values.get(node).copied())?;
+    let mut known = parts.iter().filter_map(|&part| Some((part, *values.get(&part)?)));
+    if let Some((part, value)) = known.find(|(_, x)| !x.is_finite().all()) {
+        return Err(inner_not_finite(graph, places, part, value));
+    }
     system.dissipation(q, p, &hp, &mut d);
     finite(Quantity::Energy, &[system.energy(q, p)])?;
     finite(Quantity::Slope, &hq)?;
     finite(Quantity::Velocity, &hp)?;
     finite(Quantity::Dissipation, &d)
+}
+
+/// The error of a part that is not finite inside of an operation that is, as the cube in x^-3.
+fn inner_not_finite<T: Scalar>(
+    graph: &Graph,
+    places: &Places,
+    part: Node,
+    value: T,
+) -> CustomError {
+    let value = value.to_f64();
+    match places.iter().find(|(_, node, _)| graph.all(&[*node]).contains(&part)) {
+        Some((place, _, span)) => {
+            CustomError::NotFinite { place: *place, span: span.clone(), value }
+        }
+        None => InputError::NotFinite { quantity: Quantity::Energy, dof: 0, value }.into(),
+    }
 }
 
 /// The first operation whose value is known and not finite is an error.
