@@ -1,7 +1,6 @@
 //! The attractor that points of a section show: a cycle of some period, or a set without one.
 
 use super::metric::{Metric, SAME};
-use super::outcome::Ending;
 use super::ranges::Ranges;
 use serde::{Deserialize, Serialize};
 
@@ -13,8 +12,6 @@ const REPEATS: usize = 2;
 /// The largest distance of points from those of the first turn of a cycle, in units and as a share
 /// of the distance of its other points.
 const OF_CYCLE: f64 = 0.01;
-/// The outcome of a run that grows all along, which shows no attractor.
-pub const GROWING: &str = "growing";
 /// The word for a motion that has no period because it still approaches a cycle.
 pub const SETTLING: &str = "still settling";
 /// The least number of points for each return of the cycle that a settling motion approaches.
@@ -25,70 +22,8 @@ const LONGEST_APPROACHED: usize = 8;
 /// last as a share of that in the first. A choice: at most three of a thousand stretches of the
 /// logistic map's chaos show either.
 const FALLS: [(usize, f64); 2] = [(4, 0.2), (8, 0.6)];
-/// The least factor from the size of the last part of a run but one to that of the last, if it
-/// grows. One that grows steadily shows an eighth more in the end, one that has come up to a cycle
-/// next to nothing.
-const STILL_GROWS: f64 = 1.02;
-/// The parts of a run whose sizes show that it grows.
-const PARTS: usize = 8;
-/// The least returns of each of these parts.
-const RETURNS_A_PART: u64 = 4;
-/// The least factor from the size of the second of these parts to that of the last. A choice: the
-/// states of a chaotic motion or of a slow beat are larger in the end by less, or do not rise from
-/// each part to the next.
-const GROWN: f64 = 3.0;
 /// The most points of each set that are compared.
 const MOST_COMPARED: usize = 400;
-
-/// The sizes of a run in its parts, which tell whether it grows all along. Points after a transient
-/// may be too few to tell.
-#[derive(Clone, Debug)]
-pub(super) struct SizeHistory {
-    /// The returns of the run.
-    last: u64,
-    /// The largest |q_j| or |p_j| in each part.
-    sizes: [f64; PARTS],
-    /// The ranges in each part.
-    ranges: Vec<Ranges>,
-}
-
-impl SizeHistory {
-    /// Of a run of so many returns.
-    pub(super) fn new(dof: usize, last: u64) -> Self {
-        Self { last, sizes: [0.0; PARTS], ranges: vec![Ranges::nothing(dof); PARTS] }
-    }
-
-    /// Adds the state (q, p) of return n, counted from 1, and the ranges since the return before.
-    pub(super) fn see(&mut self, n: u64, [q, p]: &[Vec<f64>; 2], path: &Ranges) {
-        if (1..=self.last).contains(&n) {
-            let part = ((n - 1) as f64 / self.last as f64 * PARTS as f64) as usize;
-            self.sizes[part] = self.sizes[part].max(max_norm(q)).max(max_norm(p));
-            self.ranges[part].join(path);
-        }
-    }
-
-    /// Whether the run grows: after the first part, its size or the extent of an entry rises from
-    /// each part to the next, in the end by 2 % or more, and to three times or more in all. A short
-    /// run does not tell.
-    pub(super) fn is_seen(&self) -> bool {
-        let extents = |j: usize| std::array::from_fn(|part| self.ranges[part].extent(j));
-        let enough = self.last >= PARTS as u64 * RETURNS_A_PART;
-        enough && (rises(self.sizes) || (0..self.ranges[0].len()).any(|j| rises(extents(j))))
-    }
-
-    /// The outcome of the run: [`GROWING`] if it has reached its end and grows.
-    pub(super) fn ending(&self, ending: Ending) -> Ending {
-        let grows = ending.is_completed() && self.is_seen();
-        if grows { Ending { outcome: GROWING, ..ending } } else { ending }
-    }
-}
-
-/// Whether sizes grow from part to part.
-fn rises(sizes: [f64; PARTS]) -> bool {
-    let [before, last] = [PARTS - 2, PARTS - 1].map(|part| sizes[part]);
-    let rises = sizes[1..].windows(2).all(|pair| pair[1] > pair[0]);
-    rises && last > STILL_GROWS * before && last > GROWN * sizes[1]
-}
 
 /// The kind of an attractor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -181,16 +116,12 @@ impl Attractor {
 
     /// The largest difference of the least and the largest values of the two, in units.
     fn extent_distance(&self, other: &Self) -> f64 {
-        let range = |of: &Self, j: usize| {
-            let values = || of.points.iter().map(|point| point[j]);
-            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
-        };
+        let [own, others] = [self, other].map(|of| Ranges::of(&of.points));
         let off = |j: usize| {
-            let ([a, b], [c, d]) = (range(self, j), range(other, j));
+            let ([a, b], [c, d]) = (own.bounds(j), others.bounds(j));
             (a - c).abs().max((b - d).abs())
         };
-        let size = self.points.first().map_or(0, Vec::len);
-        self.metric.with(&other.metric).largest(&(0..size).map(off).collect::<Vec<_>>())
+        self.metric.with(&other.metric).largest(&(0..own.len()).map(off).collect::<Vec<_>>())
     }
 }
 
@@ -226,11 +157,6 @@ fn beyond(metric: &Metric, from: &[&[f64]], to: &[&[f64]]) -> f64 {
     let nearest =
         |a: &&[f64]| to.iter().map(|b| metric.distance(a, b)).fold(f64::INFINITY, f64::min);
     from.iter().map(nearest).fold(0.0, f64::max)
-}
-
-/// The largest magnitude.
-fn max_norm(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
 }
 
 #[cfg(test)]
@@ -318,41 +244,6 @@ mod tests {
         assert!(!points(31, &decay).is_settling());
         assert!(!points(1000, &|_| 1.0).is_settling());
         assert_eq!(points(100, &decay).describe(), SETTLING);
-    }
-
-    #[test]
-    fn growth_is_told_from_motion_that_stays() {
-        let see = |growth: &mut SizeHistory, n: u64, x: f64| {
-            let mut path = Ranges::nothing(1);
-            path.see(StateRef { q: &[x], p: &[-x], w: &[0.0], t: 0.0 });
-            growth.see(n, &[vec![x], vec![-x]], &path);
-        };
-        let grows = |count: u32, x: &dyn Fn(f64) -> f64| {
-            let mut growth = SizeHistory::new(1, u64::from(count));
-            (1..=count).for_each(|n| see(&mut growth, n.into(), x(n.into())));
-            growth.is_seen()
-        };
-        let wave = |n: f64| (2.0 * n).cos();
-        assert!(grows(208, &|n| 1e-9 * (0.01 * n).exp() * wave(n)) && grows(32, &|n| n));
-        assert!(grows(1000, &|n| 1.0 + 0.02 * n));
-        assert!(grows(208, &|n| 1e5 + 1e-3 * (0.01 * n).exp() * wave(n)));
-        // A slow beat of a motion that stays.
-        assert!(!grows(208, &|n| (2.0 - (n / 80.0).cos()) * wave(n)));
-        // Motion that stays, decays, has come up to a cycle, or is too short.
-        assert!(!grows(208, &wave) && !grows(208, &|n| (-0.01 * n).exp() * wave(n)));
-        assert!(!grows(208, &|n| 1e5 + (2.0 - (n / 80.0).cos()) * wave(n)));
-        assert!(!grows(208, &|n| 1.0 - (-0.05 * n).exp()) && !grows(31, &|n| n));
-        // It has grown, and has come up to its cycle.
-        assert!(!grows(440, &|n| 2.0 / (1.0 + 4e4 * (-0.0628 * n).exp()).sqrt()));
-        let growing = (1..1000).filter(|&seed| {
-            let (mut x, mut growth) = (f64::from(seed) / 1000.0, SizeHistory::new(1, 208));
-            (1..=208).for_each(|n| {
-                x = 3.9 * x * (1.0 - x);
-                see(&mut growth, n, x);
-            });
-            growth.is_seen()
-        });
-        assert_eq!(growing.count(), 0);
     }
 
     #[test]

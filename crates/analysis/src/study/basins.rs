@@ -9,6 +9,7 @@
 //! attractor: the run lies on a boundary.
 
 mod distribution;
+mod found;
 mod known;
 mod map;
 mod path;

@@ -1,13 +1,14 @@
 //! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
 
-use super::attractor::{Attractor, GROWING};
+use super::attractor::Attractor;
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
+use super::growing::GROWING;
 use super::metric::Metric;
-use super::motion::Motion;
 use super::outcome::Ending;
 use super::ranges::Ranges;
-use super::section::{Section, point};
+use super::returns::Returns;
+use super::section::Section;
 use super::{Problem, numbered};
 use crate::Model;
 use crate::Spacing;
@@ -244,10 +245,8 @@ impl Bifurcation {
     }
 
     fn trace(&self, periods: Vec<Option<f64>>) -> Trace {
-        let Self { problem, transient, points, follow, .. } = self;
-        let dof = problem.model.degrees();
-        let (motion, follow) = (Motion::new(dof, *transient, *points), *follow);
-        Trace { follow, periods, dof, motion, points: Vec::new(), state: None }
+        let returns = Returns::new(periods, self.transient, self.points);
+        Trace { follow: self.follow, returns, points: Vec::new(), state: None }
     }
 }
 
@@ -295,9 +294,7 @@ impl Dynamics for Bifurcation {
 /// The points of one run so far.
 struct Trace {
     follow: bool,
-    periods: Vec<Option<f64>>,
-    dof: usize,
-    motion: Motion,
+    returns: Returns,
     points: Vec<[Vec<f64>; 2]>,
     /// The last state.
     state: Option<State<Vec<f64>>>,
@@ -306,26 +303,20 @@ struct Trace {
 impl Trace {
     /// The points of a run that has ended.
     fn column(self, [value, h]: [f64; 2], way: Way, ending: Ending) -> Column {
-        let Self { motion, periods, points, .. } = self;
-        let (ending, metric) = (motion.ending(ending), motion.metric(&periods));
+        let Self { returns, points, .. } = self;
+        let (ending, metric) = (returns.ending(ending), returns.metric());
         Column { value, h, way, points, ending, metric }
     }
 }
 
 impl Watch for Trace {
     fn see(&mut self, n: u64, state: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()> {
-        let at = point(&self.periods, self.dof, state);
-        self.motion.see(n, &at, path);
-        if self.motion.keeps(n) {
-            self.points.push(at);
+        self.points.extend(self.returns.see(n, state, path));
+        let go_on = self.returns.go_on(n);
+        if self.follow && go_on.is_break() {
+            self.state = Some(section_start(state, self.returns.dof));
         }
-        if !self.motion.ends(n) {
-            return ControlFlow::Continue(());
-        }
-        if self.follow {
-            self.state = Some(section_start(state, self.dof));
-        }
-        ControlFlow::Break(())
+        go_on
     }
 }
 

@@ -104,8 +104,8 @@ impl Metric {
         self.at_rest
     }
 
-    /// The extent of each entry in the motion, 0 where it does not move.
-    pub(super) fn extents(&self) -> Vec<f64> {
+    /// The unit of each entry, 0 where it does not move.
+    pub(super) fn moving_units(&self) -> Vec<f64> {
         let moving = |(&unit, &least): (&f64, &f64)| if unit > least { unit } else { 0.0 };
         self.units.iter().zip(&self.least).map(moving).collect()
     }

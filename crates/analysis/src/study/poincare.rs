@@ -4,10 +4,10 @@ use super::attractor::Attractor;
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::metric::Metric;
-use super::motion::Motion;
 use super::outcome::Ending;
 use super::ranges::Ranges;
-use super::section::{Section, point};
+use super::returns::Returns;
+use super::section::Section;
 use super::stability::MapError;
 use super::{Problem, numbered};
 use crate::Model;
@@ -121,7 +121,7 @@ impl Dynamics for Poincare {
         (0..self.starts.len()).step_by(GROUP).map(group).collect()
     }
 
-    /// The step, and what each run shows.
+    /// The step, and the points of each run.
     fn piece(
         &self,
         row: &'static Row,
@@ -132,7 +132,6 @@ impl Dynamics for Poincare {
         let Self { problem, section, transient, points, .. } = self;
         let (model, h_near) = (&problem.model, h);
         let h = section.grid(model, h_near)?.h;
-        let periods = model.periods();
         let starts = self.starts.iter().enumerate().skip(piece * GROUP).take(GROUP);
         let members = starts.map(|(start, [q, p])| {
             let problem = Problem { q: q.clone(), p: p.clone(), ..problem.clone() };
@@ -145,15 +144,14 @@ impl Dynamics for Poincare {
                 p: Vec::new(),
                 start: start + 1,
             };
-            let (dof, rows) = (model.degrees(), Vec::new());
-            let motion = Motion::new(dof, *transient, *points);
-            Ok((member, Trace { periods: &periods, dof, motion, blank, rows }))
+            let returns = Returns::new(model.periods(), *transient, *points);
+            Ok((member, Trace { returns, blank, rows: Vec::new() }))
         });
         let members = members.collect::<Result<Vec<_>, InputError>>()?;
         let ensemble = Ensemble { row, parameter: "", section, h: h_near, progress };
-        let trail = |(trace, ending): (Trace<'_>, Ending)| Trail {
-            ending: trace.motion.ending(ending),
-            metric: trace.motion.metric(&periods),
+        let trail = |(trace, ending): (Trace, Ending)| Trail {
+            ending: trace.returns.ending(ending),
+            metric: trace.returns.metric(),
             rows: trace.rows,
         };
         Ok((h, ensemble.follow(members)?.into_iter().map(trail).collect()))
@@ -171,7 +169,7 @@ impl Dynamics for Poincare {
     }
 }
 
-/// What the run from one start shows.
+/// The points of the run from one start, its outcome, and the distance of its points.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Trail {
     rows: Vec<PoincareRow>,
@@ -180,22 +178,17 @@ pub struct Trail {
 }
 
 /// The points of one run so far.
-struct Trace<'a> {
-    periods: &'a [Option<f64>],
-    dof: usize,
-    motion: Motion,
+struct Trace {
+    returns: Returns,
     blank: PoincareRow,
     rows: Vec<PoincareRow>,
 }
 
-impl Watch for Trace<'_> {
+impl Watch for Trace {
     fn see(&mut self, n: u64, state: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()> {
-        let at = point(self.periods, self.dof, state);
-        self.motion.see(n, &at, path);
-        if self.motion.keeps(n) {
-            let [q, p] = at;
+        if let Some([q, p]) = self.returns.see(n, state, path) {
             self.rows.push(PoincareRow { t: state.t, q, p, ..self.blank.clone() });
         }
-        if self.motion.ends(n) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        self.returns.go_on(n)
     }
 }

@@ -40,9 +40,23 @@ impl<T: Side> Ranges<T> {
 }
 
 impl Ranges {
+    /// Those of points (q, p).
+    pub(super) fn of(points: &[Vec<f64>]) -> Self {
+        let mut all = Self(vec![nothing(); points.first().map_or(0, Vec::len)]);
+        for point in points {
+            all.0.iter_mut().zip(point).for_each(|(range, &x)| widen(range, [x, x]));
+        }
+        all
+    }
+
     /// The number of coordinates and momenta.
     pub(super) fn len(&self) -> usize {
         self.0.len()
+    }
+
+    /// The least and the largest value of entry j.
+    pub(super) fn bounds(&self, j: usize) -> [f64; 2] {
+        self.0[j]
     }
 
     /// The extent of entry j; 0 if no state was seen.

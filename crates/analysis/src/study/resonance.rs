@@ -8,10 +8,9 @@
 use super::Problem;
 use super::bifurcation::Way;
 use super::dynamics::Dynamics;
-use super::metric::Metric;
+use super::motion::Motion;
 use super::numbered;
 use super::outcome::Ending;
-use super::ranges::Ranges;
 use super::section::{Section, nearest, point, rewind};
 use super::stability::MapError;
 use super::zero::{at_zero, copy};
@@ -176,15 +175,16 @@ impl Resonance {
                 *q = period.map_or(*q, |period| from + nearest(*q - from, period));
             }
         };
-        let [mut all, mut measured] = [(); 2].map(|()| Ranges::nothing(dof));
+        let mut motion = Motion::new(dof);
         for _ in 0..self.transient {
             let from = state.q[..dof].to_vec();
             run.run(grid, state, 1, &mut |_, now| {
-                all.see(now);
+                motion.see(now);
                 ControlFlow::Continue(())
             })?;
             begin_anew(state, &from);
         }
+        motion.settle();
         // The accounts begin anew, so that what a period adds is not rounded to their sum.
         state.p[dof..].fill(0.0);
         state.w.fill(0.0);
@@ -195,7 +195,7 @@ impl Resonance {
             let from = state.q[..dof].to_vec();
             let mut turns = Turns::new(&*system, state, dof);
             run.run(grid, state, 1, &mut |step, now| {
-                measured.see(now);
+                motion.see(now);
                 if step > 0 {
                     turns.see(run, grid.h, now, &mut amplitude);
                 }
@@ -207,9 +207,7 @@ impl Resonance {
         let gained: Vec<f64> = s.into_iter().chain(pumped).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / self.periods as f64;
         let end = point(&angles, dof, state.state_ref());
-        all.join(&measured);
-        let metric = Metric::of(&angles, &measured, &all);
-        let returned = metric.distance(&start.concat(), &end.concat());
+        let returned = motion.metric(&angles).distance(&start.concat(), &end.concat());
         Ok(Steady { amplitude, supplied: mean(&gained), dissipated: mean(&w), returned })
     }
 }

@@ -10,9 +10,10 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, spaced};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, GROWING, Kind};
+use afterbay_analysis::study::attractor::{Attractor, Kind};
 use afterbay_analysis::study::bifurcation::{self, Bifurcation, Column, Diagram};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
+use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::outcome::Ending;
 
 /// The table from which the charts are made.

@@ -10,8 +10,9 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, GROWING, SETTLING};
+use afterbay_analysis::study::attractor::{Attractor, SETTLING};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
+use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
 use afterbay_analysis::study::poincare::{self, Poincare, Portrait};
 

@@ -1,8 +1,9 @@
 //! Motions that have not settled are told from those that have.
 
 use afterbay_analysis::progress::Silent;
-use afterbay_analysis::study::attractor::{GROWING, Kind};
+use afterbay_analysis::study::attractor::Kind;
 use afterbay_analysis::study::bifurcation::Bifurcation;
+use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::section::{Crossing, Direction, Section};
 use afterbay_analysis::{Spacing, Variable};

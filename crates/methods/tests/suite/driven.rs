@@ -33,7 +33,6 @@ fn orders_of_one_degree_of_freedom() {
     assert_eq!(shaken(Model::Single { drag: true }, &[0]).check_orders(&shows), 24);
 }
 
-/// From rest, where the friction is small beside the force.
 #[test]
 fn friction_that_couples_the_momenta_may_be_driven() {
     let scene = shaken(Model::Rubbed, &[0]);

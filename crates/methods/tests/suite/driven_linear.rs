@@ -130,6 +130,24 @@ fn coupled_to<T: Number>(allowed: f64) {
     }
 }
 
+/// Friction that is small beside the force is known to the rounding of their sum.
+#[test]
+fn locally_exact_steps_take_friction_that_couples_driven_momenta() {
+    let rows = [["0.3", "-0.1"], ["-0.1", "0.2"]];
+    let drag = DissipationText::Matrix(rows.map(|row| texts(&row)).to_vec());
+    let case = Case::new("q1^2/2 + q2^2", drag, &[], &["cos(t)", "0"]);
+    let end = |name: &str| {
+        let run = bind::<f64>(find(name).unwrap(), case.driven(|x| x)).unwrap();
+        let mut state = case.start::<f64>([&[1.0, 0.0], &[0.0, 0.0]], 0.0);
+        let go_on = &mut |_, _: StateRef<'_, f64>| ControlFlow::Continue(());
+        let done = run.run(Grid::of(0.1, 100).unwrap(), &mut state, 100, go_on);
+        done.unwrap_or_else(|error| panic!("{name}: {error}"));
+        case.parts(&state)
+    };
+    let off = distance(&end("locally-exact"), &end("linear-exact"));
+    assert!(off < 0.01, "{off:e}");
+}
+
 #[test]
 fn coupled_motion_agrees_with_the_taylor_series() {
     coupled_to::<f64>(4e-15);

@@ -3,6 +3,7 @@
 use super::failure::{CustomError, Place};
 use afterbay_core::{InputError, Mask, Quantity, Scalar, System};
 use afterbay_expression::{Graph, Input, Node};
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The expression and the bytes of each operation, operands first.
@@ -34,10 +35,10 @@ pub(super) fn closed_are_finite<T: Scalar>(
     parameters: &[T],
 ) -> Result<(), CustomError> {
     let values = graph.evaluate(closed, parameters, &|_| T::zero());
-    first_not_finite(places, |node| values.get(node).copied())
+    first_not_finite(graph, places, &values)
 }
 
-/// Checks that all operations and their parts, and H, its gradient and D, are finite at (q, p). Where an operation
+/// Checks that all operations, and H, its gradient and D, are finite at (q, p). Where an operation
 /// mentions the time, that is the last coordinate.
 pub(super) fn finite_at<T: Scalar, S: System<T>>(
     system: &S,
@@ -56,19 +57,14 @@ pub(super) fn finite_at<T: Scalar, S: System<T>>(
     let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![T::zero(); n]);
     system.gradient(q, p, &mut hq, &mut hp);
     let operations: Vec<Node> = places.iter().map(|x| x.1).collect();
-    let parts = graph.all(&operations);
-    let values = graph.evaluate(&parts, parameters, &|input| match input {
+    let values = graph.evaluate(&graph.all(&operations), parameters, &|input| match input {
         Input::Coordinate(j) => q[j as usize],
         Input::Momentum(j) => p[j as usize],
         Input::Velocity(j) => hp[j as usize],
         Input::End => q[n - 1],
         Input::OwnCoordinate | Input::OwnMomentum => T::zero(),
     });
-    first_not_finite(places, |node| values.get(node).copied())?;
-    let mut known = parts.iter().filter_map(|&part| Some((part, *values.get(&part)?)));
-    if let Some((part, value)) = known.find(|(_, x)| !x.is_finite().all()) {
-        return Err(inner_not_finite(graph, places, part, value));
-    }
+    first_not_finite(graph, places, &values)?;
     system.dissipation(q, p, &hp, &mut d);
     finite(Quantity::Energy, &[system.energy(q, p)])?;
     finite(Quantity::Slope, &hq)?;
@@ -76,31 +72,29 @@ pub(super) fn finite_at<T: Scalar, S: System<T>>(
     finite(Quantity::Dissipation, &d)
 }
 
-/// The error of a part that is not finite inside of an operation that is, as the cube in x^-3.
-fn inner_not_finite<T: Scalar>(
+/// Checks that the operations whose values are known are finite, and so are all parts of them, such
+/// as the cube in x^-3. The error is that of the first that is not.
+pub(super) fn first_not_finite<T: Scalar>(
     graph: &Graph,
     places: &Places,
-    part: Node,
-    value: T,
-) -> CustomError {
-    let value = value.to_f64();
-    match places.iter().find(|(_, node, _)| graph.all(&[*node]).contains(&part)) {
-        Some((place, _, span)) => {
-            CustomError::NotFinite { place: *place, span: span.clone(), value }
-        }
-        None => InputError::NotFinite { quantity: Quantity::Energy, dof: 0, value }.into(),
-    }
-}
-
-/// The first operation whose value is known and not finite is an error.
-pub(super) fn first_not_finite<T: Scalar>(
-    places: &Places,
-    value: impl Fn(&Node) -> Option<T>,
+    values: &HashMap<Node, T>,
 ) -> Result<(), CustomError> {
-    for (place, node, span) in places {
-        if let Some(value) = value(node).filter(|x| !x.is_finite().all()) {
-            let (place, span, value) = (*place, span.clone(), value.to_f64());
-            return Err(CustomError::NotFinite { place, span, value });
+    let infinite =
+        |node: &Node| values.get(node).filter(|x| !x.is_finite().all()).map(|x| x.to_f64());
+    let error = |(place, _, span): &(Place, Node, Range<usize>), value| {
+        Err(CustomError::NotFinite { place: *place, span: span.clone(), value })
+    };
+    for at in places {
+        if let Some(value) = infinite(&at.1) {
+            return error(at, value);
+        }
+    }
+    if values.keys().all(|node| infinite(node).is_none()) {
+        return Ok(());
+    }
+    for at in places {
+        if let Some(value) = graph.all(&[at.1]).iter().find_map(infinite) {
+            return error(at, value);
         }
     }
     Ok(())

@@ -180,7 +180,7 @@ impl CustomDrive<f64> {
                     _ => t,
                 }
             });
-        checks::first_not_finite(&shape.places, |node| values.get(node).copied())
+        checks::first_not_finite(&shape.graph, &shape.places, &values)
     }
 }
 

@@ -315,6 +315,11 @@ fn what_is_not_finite_at_a_state_is_found() {
     assert_eq!(error, CustomError::NotFinite { place, span: 9..21, value: f64::NEG_INFINITY });
     let error = system.check_at(&[0.0], &[0.0, 0.0]).unwrap_err();
     assert_eq!(error.to_string(), "q has 1 entry and the number of degrees of freedom is 2");
+    // The cube overflows, and V is 0.
+    let cube = custom("1 + q1^-3").unwrap();
+    assert_eq!(cube.check_at(&[1e90], &[0.0]), Ok(()));
+    let error = cube.check_at(&[1e110], &[0.0]).unwrap_err();
+    assert_eq!(error, CustomError::NotFinite { place, span: 4..9, value: f64::INFINITY });
     // The value is finite, the slope is not.
     let error = custom("sqrt(q1)").unwrap().check_at(&[0.0], &[0.0]).unwrap_err();
     assert_eq!(error.to_string(), "∂H/∂q1 = inf is not finite");

@@ -233,6 +233,9 @@ fn what_is_no_force_is_refused() {
     assert!(matches!(drive(&["1/(f - 0.7)"]), Err(CustomError::NotFinite { .. })));
     let (drive, _) = drive(&["f/(t - 2)"]).unwrap();
     assert!(drive.check_at(&[0.0], 1.0).is_ok() && drive.check_at(&[0.0], 2.0).is_err());
+    // The cube overflows, and the force is 0.
+    let (drive, _) = self::drive(&["f*(q1 + t)^-3"]).unwrap();
+    assert!(drive.check_at(&[0.0], 1e90).is_ok() && drive.check_at(&[0.0], 1e110).is_err());
 }
 
 /// The sums of sines and cosines that these forces are, [c, [ω, a, b], ..], with f = 0.7 and ω =

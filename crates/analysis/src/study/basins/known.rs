@@ -1,6 +1,6 @@
-//! Attractors as they are found and recognized.
+//! The attractors that are known, and how a run is seen to reach one.
 
-use super::distribution::{Distribution, still_moves};
+use super::found::{MORE, SEEN};
 use super::survey::Survey;
 use crate::study::attractor::Attractor;
 use crate::study::metric::Metric;
@@ -11,24 +11,9 @@ use std::ops::ControlFlow;
 
 /// The largest distance of a state from a cycle that it has reached. Distances here are those of the
 /// metric of the survey.
-const NEAR: f64 = 1e-3;
-/// The largest distance of states that count as repeated.
-const REPEATED: f64 = 1e-6;
-/// The longest cycle that is looked for, in returns.
-const LONGEST_CYCLE: usize = 32;
-/// Returns beyond one period that must repeat before a cycle is believed.
-const MORE: usize = 5;
-/// The states in which a cycle is looked for.
-const SEEN: usize = LONGEST_CYCLE + 2 * (LONGEST_CYCLE + MORE);
-/// The distance below which repeated states are one but for roundings.
-const ROUNDINGS: f64 = 1e-10;
-/// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] or of
-/// the extent of the cycle, whichever is less. A choice: other runs are then told to be near the same cycle.
-const TO_GO: f64 = 0.1;
+pub(super) const NEAR: f64 = 1e-3;
 /// The least sides of the boxes of an attractor without a period, relative to its extents.
 pub(super) const BOX: f64 = 0.02;
-/// Returns that fill these boxes.
-pub(super) const FILLING: u64 = 4000;
 /// The returns of which a share must lie in the boxes.
 const LAST: usize = 100;
 const SHARE: f64 = 0.9;
@@ -63,7 +48,7 @@ impl Known {
     }
 
     /// A cycle, from one turn of it and the ranges of the motion.
-    fn of_cycle(metric: &Metric, cycle: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
+    pub(super) fn of_cycle(metric: &Metric, cycle: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
         // Two turns of a cycle show its period.
         let points = [&cycle[..], &cycle[..]].concat();
         let attractor = Attractor::of(points, metric.of_motion(ranges, NEAR))?;
@@ -73,7 +58,11 @@ impl Known {
     /// An attractor without a period, from points that fill it and the ranges of the motion. The
     /// boxes of the first half hold the second half as well: those of an attractor of many
     /// dimensions are larger.
-    fn of_points(metric: &Metric, points: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
+    pub(super) fn of_points(
+        metric: &Metric,
+        points: Vec<Vec<f64>>,
+        ranges: &Ranges,
+    ) -> Option<Self> {
         let metric = metric.of_motion(ranges, NEAR);
         let (first, second) = points.split_at(points.len() / 2);
         let sides = |share: f64| metric.units().iter().map(|unit| share * unit).collect::<Vec<_>>();
@@ -124,10 +113,10 @@ impl Known {
 /// Compares a run with the attractors that are known.
 #[derive(Clone)]
 pub(super) struct Nearby<'a> {
-    metric: &'a Metric,
+    pub(super) metric: &'a Metric,
     pub(super) dof: usize,
     known: &'a [Known],
-    longest: u64,
+    pub(super) longest: u64,
     /// The returns in a row near each cycle.
     near: Vec<usize>,
     /// For each attractor without a period, whether each of the last returns lies in its boxes.
@@ -206,149 +195,4 @@ impl Survey<'_> {
 /// stays in its box.
 pub(super) fn boxed(point: &[f64], sides: &[f64]) -> Vec<i64> {
     point.iter().zip(sides).map(|(x, side)| (x / side).round() as i64).collect()
-}
-
-/// The attractor of a run that has settled, or what it takes to find it.
-pub(super) enum Shown {
-    /// An attractor.
-    Known(Known),
-    /// A motion that does not rest, by a state on it and its extents. Its [`Path`] is the
-    /// attractor.
-    Motion { from: Vec<f64>, extents: Vec<f64> },
-}
-
-/// Follows a run until it repeats, or fills the boxes of an attractor without a period.
-///
-/// Without a drive (`STEPS`) the phase of a motion is arbitrary, and states that an interval of
-/// time picks out show the interval as much as the motion: a cycle of its length looks like a rest,
-/// one of nearly its length like a motion that creeps. Then all steps are looked at. A run repeats
-/// only where it rests, and other motions have their path as their attractor.
-pub(super) struct Found<'a, const STEPS: bool> {
-    nearby: Nearby<'a>,
-    /// The last states.
-    last: VecDeque<Vec<f64>>,
-    /// The ranges between each of the last of them and the one before.
-    paths: VecDeque<Ranges>,
-    /// The returns in a row that repeat the state k returns before, for each k from 1.
-    repeats: Vec<usize>,
-    period: Option<usize>,
-    /// Whether a step since the last return led away from its state.
-    moved: bool,
-    /// The states after the longest transient; with `STEPS` their number alone counts.
-    filling: Vec<Vec<f64>>,
-    /// The ranges of the motion there.
-    filled: Ranges,
-    /// Of the states of each half of that time, or of its steps.
-    halves: [Vec<Distribution>; 2],
-}
-
-impl<'a, const STEPS: bool> Found<'a, STEPS> {
-    pub(super) fn new(nearby: Nearby<'a>) -> Self {
-        let (repeats, filling) = (vec![0; LONGEST_CYCLE], Vec::new());
-        let filled = Ranges::nothing(nearby.dof);
-        let halves = [Vec::new(), Vec::new()];
-        let (last, paths, period, moved) = (VecDeque::new(), VecDeque::new(), None, false);
-        Self { nearby, last, paths, repeats, period, moved, filling, filled, halves }
-    }
-
-    pub(super) fn periods(&self) -> &[Option<f64>] {
-        self.nearby.periods()
-    }
-
-    pub(super) fn dof(&self) -> usize {
-        self.nearby.dof
-    }
-
-    /// Adds the state after a step.
-    pub(super) fn pass(&mut self, at: &[f64]) {
-        let metric = self.nearby.metric;
-        self.moved |= self.last.back().is_some_and(|last| metric.distance(last, at) > REPEATED);
-        if self.nearby.returns >= self.nearby.longest {
-            self.count(at);
-        }
-    }
-
-    /// Adds a state to the half that it belongs to.
-    fn count(&mut self, at: &[f64]) {
-        let half = usize::from(self.filling.len() as u64 >= FILLING / 2);
-        self.halves[half].resize_with(at.len(), Distribution::default);
-        self.halves[half].iter_mut().zip(at).for_each(|(entry, &x)| entry.add(x));
-    }
-
-    /// Adds the state of return n.
-    pub(super) fn add(&mut self, n: u64, at: Vec<f64>, path: &Ranges) -> ControlFlow<()> {
-        // The end of the transient is no reason to stop here.
-        let _ = self.nearby.compare(n, &at);
-        if self.nearby.reached.is_some() {
-            return ControlFlow::Break(());
-        }
-        if n > self.nearby.longest {
-            if !STEPS {
-                self.count(&at);
-            }
-            self.filling.push(at.clone());
-            self.filled.join(path);
-        }
-        let rests = !std::mem::take(&mut self.moved);
-        for (repeats, before) in self.repeats.iter_mut().zip(self.last.iter().rev()) {
-            let same = rests && self.nearby.metric.distance(before, &at) <= REPEATED;
-            *repeats = if same { *repeats + 1 } else { 0 };
-        }
-        self.last.push_back(at);
-        self.paths.push_back(path.clone());
-        if self.last.len() > SEEN {
-            self.last.pop_front();
-        }
-        if self.paths.len() > LONGEST_CYCLE {
-            self.paths.pop_front();
-        }
-        let period = (1..=LONGEST_CYCLE).find(|&k| self.repeats[k - 1] > 2 * (k + MORE));
-        self.period = period.filter(|&k| self.has_settled(k));
-        let done = self.period.is_some() || self.filling.len() as u64 >= FILLING;
-        if done { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
-    /// Whether states that repeat after k returns are near the cycle that they tend to. They may
-    /// also be those of a slow spiral, whose turns differ by less than what counts as repeated.
-    fn has_settled(&self, k: usize) -> bool {
-        let (window, end, metric) = (k + MORE, self.last.len() - 1, self.nearby.metric);
-        let off = |i: usize| metric.distance(&self.last[end - i], &self.last[end - i - k]);
-        let [now, before] =
-            [0, window].map(|from| (from..from + window).map(off).fold(0.0, f64::max));
-        if now <= ROUNDINGS {
-            return true;
-        }
-        // These distances fall like a geometric series or faster. The bound is that of its sum.
-        let to_go = now / (1.0 - now / before) * window as f64 / k as f64;
-        let of_cycle = (1..k).map(|i| metric.distance(&self.last[end], &self.last[end - i]));
-        let extent = of_cycle.reduce(f64::max).unwrap_or(f64::INFINITY);
-        now < before && to_go <= TO_GO * extent.min(NEAR)
-    }
-
-    /// The known attractor that the run has reached, its returns, and what it shows, if it has
-    /// settled.
-    pub(super) fn ended(self) -> (Option<usize>, u64, Option<Shown>) {
-        let Self { nearby, last, paths, period, filling, filled, halves, .. } = self;
-        let metric = nearby.metric;
-        let ranges = |returns: usize| {
-            let mut all = Ranges::nothing(nearby.dof);
-            paths.range(paths.len().saturating_sub(returns)..).for_each(|path| all.join(path));
-            all
-        };
-        let shown = match (period, last.back()) {
-            (Some(period), _) => {
-                let cycle = last.range(last.len() - period..).cloned().collect();
-                Known::of_cycle(metric, cycle, &ranges(period)).map(Shown::Known)
-            }
-            _ if still_moves(&halves, metric.units(), REPEATED) => None,
-            (None, Some(from)) if STEPS && !filling.is_empty() => {
-                let [first, second] = &halves;
-                let both = first.iter().zip(second);
-                let extents = both.map(|(a, b)| a.range().max(b.range())).collect();
-                Some(Shown::Motion { from: from.clone(), extents })
-            }
-            _ => Known::of_points(metric, filling, &filled).map(Shown::Known),
-        };
-        (nearby.reached, nearby.returns, shown)
-    }
 }

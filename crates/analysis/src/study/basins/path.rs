@@ -1,7 +1,8 @@
 //! The path of a motion without a period, as the boxes that it passes.
 
 use super::Basins;
-use super::known::{BOX, FILLING, Known, boxed};
+use super::found::FILLING;
+use super::known::{BOX, Known, boxed};
 use crate::study::attractor::{Attractor, Kind};
 use crate::study::metric::Metric;
 use crate::study::section::nearest;

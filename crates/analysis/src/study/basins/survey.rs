@@ -1,6 +1,7 @@
 //! The search for the attractors and their basins.
 
-use super::known::{Found, Known, Nearby, Shown};
+use super::found::{Found, Shown};
+use super::known::{Known, Nearby};
 use super::map::{BasinMap, Cell};
 use super::path::Path;
 use super::{Basins, UNSETTLED, UNSTABLE};
@@ -20,12 +21,11 @@ const NEW_AT_ONCE: usize = 8;
 /// The runs that are followed at once where those before have shown nothing new. It bounds the
 /// states that are stored.
 const TOGETHER: usize = 4 * GROUP;
-
-/// How often a run that has shown an attractor without a period is followed as long again: it may
-/// be a long transient.
+/// The number of times that a run which has shown an attractor without a period is followed for as
+/// many returns again, since that may have been a long transient.
 const CONFIRMED: usize = 2;
 
-/// What is found so far.
+/// A search: the attractors found so far, and the cells whose outcome is known.
 pub(super) struct Survey<'a> {
     pub(super) basins: &'a Basins,
     pub(super) ensemble: Ensemble<'a>,
@@ -167,7 +167,7 @@ impl<'a> Survey<'a> {
         Ok(ended.map(|(watch, ending)| (watch.ended(), ending)).collect())
     }
 
-    /// Follows a run on that shows a new attractor without a period.
+    /// Follows a run that shows a new attractor without a period for longer.
     fn confirmed(
         &self,
         (mut found, mut ending): (Ended, Ending),

@@ -35,7 +35,7 @@ impl Basins {
             each.get(each.len() / 2).copied().unwrap_or(0.0).max(self.extent(j))
         };
         let mut units: Vec<f64> = (0..2 * dof).map(unit).collect();
-        // What does not move is measured as what does.
+        // An entry that does not move takes the largest unit of its kind.
         let largest = |units: &[f64]| units.iter().copied().fold(0.0, f64::max);
         let all = largest(&units);
         for kind in units.chunks_mut(dof) {
@@ -65,7 +65,7 @@ impl Halves {
         let Self([first, second]) = self;
         let mut all = first.clone();
         all.join(&second);
-        let extents = Metric::of(periods, &all, &all).extents();
+        let extents = Metric::of(periods, &all, &all).moving_units();
         let stays = |j: usize| extents[j] == 0.0 || second.extent(j) <= GROWTH * first.extent(j);
         (0..extents.len()).all(stays).then_some(extents)
     }

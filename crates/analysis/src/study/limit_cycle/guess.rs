@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use crate::study::Problem;
 use crate::study::attractor::first_return;
 use crate::study::metric::Metric;
-use crate::study::ranges::Ranges;
+use crate::study::motion::Motion;
 use crate::study::section::{Section, point};
 use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef};
 use afterbay_methods::registry::{Row, Run};
@@ -52,8 +52,7 @@ pub(super) fn guess(
     let model = &problem.model;
     let (run, state) = (model.bind(row)?, problem.start()?);
     let (dof, periods) = (model.degrees(), model.periods());
-    let (all, motion) = (Ranges::nothing(dof), Ranges::nothing(dof));
-    let walk = Walk { run, state, dof, periods, all, motion, done: 0, progress };
+    let walk = Walk { run, state, dof, periods, motion: Motion::new(dof), done: 0, progress };
     if model.motors().is_empty() {
         walk.free(h, transient)
     } else {
@@ -61,9 +60,8 @@ pub(super) fn guess(
     }
 }
 
-/// Receives the number of a step, the state after it, and the ranges after the transient and of the
-/// whole run.
-type See<'a> = dyn FnMut(u64, StateRef<'_, f64>, [&Ranges; 2]) -> ControlFlow<()> + 'a;
+/// Receives the number of a step, the state after it, and the motion until then.
+type See<'a> = dyn FnMut(u64, StateRef<'_, f64>, &Motion) -> ControlFlow<()> + 'a;
 
 struct Walk<'a> {
     run: Run<f64>,
@@ -72,10 +70,7 @@ struct Walk<'a> {
     dof: usize,
     /// The periods of the coordinates that have one.
     periods: Vec<Option<f64>>,
-    /// The ranges of the whole run.
-    all: Ranges,
-    /// Those after the transient.
-    motion: Ranges,
+    motion: Motion,
     done: u64,
     progress: &'a dyn Progress,
 }
@@ -92,7 +87,7 @@ impl Walk<'_> {
         for _ in 0..(transient / period).ceil() as u64 {
             self.period(grid)?;
         }
-        self.motion.clear();
+        self.motion.settle();
         self.period(grid)?;
         self.is_in_motion()?;
         let multiple = match multiple {
@@ -136,7 +131,7 @@ impl Walk<'_> {
 
     /// The distance of states of the motion after the transient.
     fn metric(&self) -> Metric {
-        Metric::of(&self.periods, &self.motion, &self.all)
+        self.motion.metric(&self.periods)
     }
 
     /// q and p.
@@ -146,13 +141,13 @@ impl Walk<'_> {
 
     /// Takes steps, and shows each state.
     fn take(&mut self, grid: Grid<f64>, see: &mut See<'_>) -> Result<(), CycleFailure> {
-        let Self { run, state, all, motion, done, progress, .. } = self;
+        let Self { run, state, motion, done, progress, .. } = self;
         run.run(grid, state, 1, &mut |step, state| {
             if step % STEPS_BETWEEN_LOOKS == 0 && progress.stopped() {
                 return ControlFlow::Break(());
             }
-            [&mut *all, motion].into_iter().for_each(|ranges| ranges.see(state));
-            see(*done + step, state, [motion, all])
+            motion.see(state);
+            see(*done + step, state, motion)
         })?;
         *done += grid.steps;
         if progress.stopped() { Err(IntegrateError::Interrupted.into()) } else { Ok(()) }
@@ -161,25 +156,24 @@ impl Walk<'_> {
     fn free(mut self, h: f64, transient: f64) -> Result<Guess, CycleFailure> {
         let grid = Grid::<f64>::of(h, (transient / h).ceil() as u64)?;
         self.take(grid, &mut |_, _, _| ControlFlow::Continue(()))?;
-        self.motion.clear();
         let (from, periods, dof) = (self.point(), self.periods.clone(), self.dof);
-        let metric = |motion: &Ranges, all: &Ranges| Metric::of(&periods, motion, all);
-        let of_run = metric(&self.all, &self.all);
-        let extents = of_run.extents();
+        let of_run = self.metric();
+        // An entry at rest does not count.
+        let weight = |extent: f64| if extent > 0.0 { (extent * extent).recip() } else { 0.0 };
+        let weights: Vec<f64> = of_run.moving_units().into_iter().map(weight).collect();
+        self.motion.settle();
         let mut normal: Option<Vec<f64>> = None;
         // A motion is nowhere further from a state on it than its extent.
         let mut closest = 1.0_f64;
         let mut before: Option<(Vec<f64>, f64)> = None;
         let mut found = None;
         let start = self.done;
-        self.take(grid, &mut |step, state, [motion, all]| {
+        self.take(grid, &mut |step, state, motion| {
             let off: Vec<f64> =
                 of_run.difference(&from, &point(&periods, dof, state).concat()).collect();
             let Some(normal) = &normal else {
-                let along = off.iter().zip(&extents).map(|(x, extent)| x / extent / extent);
-                // What does not move has no part in it.
-                let part = |x: f64| if x.is_finite() { x } else { 0.0 };
-                normal = (step > start).then(|| along.map(part).collect());
+                let along = off.iter().zip(&weights).map(|(x, weight)| x * weight);
+                normal = (step > start).then(|| along.collect());
                 return ControlFlow::Continue(());
             };
             let height: f64 = normal.iter().zip(&off).map(|(n, x)| n * x).sum();
@@ -189,7 +183,7 @@ impl Walk<'_> {
             {
                 let share = below / (below - height);
                 let there = last.iter().zip(&off).map(|(a, b)| a + share * (b - a));
-                let distance = metric(motion, all).largest(&there.collect::<Vec<_>>());
+                let distance = motion.metric(&periods).largest(&there.collect::<Vec<_>>());
                 closest = closest.min(distance);
                 if distance <= CLOSE {
                     found = Some(((step - start - 1) as f64 + share) * h);

@@ -1,5 +1,6 @@
 //! The sizes by which the unknowns of a cycle are measured.
 
+use crate::study::ranges::Ranges;
 use crate::study::stability::balance;
 use faer::Mat;
 use nalgebra::DMatrix;
@@ -13,8 +14,9 @@ const OF_MAGNITUDE: f64 = 1e-5;
 /// Half of the extent of each q_j and p_j on a path, and the magnitudes of the other unknowns.
 /// Those of a degree of freedom that does not move balance the matrix ∂Φ/∂z.
 pub(super) fn scales_of(path: &[Vec<f64>], monodromy: &Mat<f64>, x: &[f64]) -> Vec<f64> {
-    let size = path.first().map_or(0, Vec::len);
-    let [extents, magnitudes] = measured(path, size);
+    let size = monodromy.nrows();
+    let ranges = Ranges::of(path);
+    let extents: Vec<f64> = (0..size).map(|j| 0.5 * ranges.extent(j)).collect();
     let largest = |kind: &[f64]| kind.iter().copied().fold(0.0, f64::max);
     let dof = size / 2;
     let (q, p) = (largest(&extents[..dof]), largest(&extents[dof..]));
@@ -26,23 +28,10 @@ pub(super) fn scales_of(path: &[Vec<f64>], monodromy: &Mat<f64>, x: &[f64]) -> V
     let resting = (0..dof).filter(|&j| !moves(j)).map(|j| sizes[j]).fold(0.0, f64::max);
     let scale = |j: usize| {
         let found = if moves(j) { extents[j] } else { q * sizes[j] / resting };
-        found.max(OF_MAGNITUDE * magnitudes[j])
+        found.max(OF_MAGNITUDE * ranges.magnitude(j))
     };
     let usable = |scale: f64| if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
     (0..size).map(scale).map(usable).chain(x[size..].iter().map(|x| x.abs())).collect()
-}
-
-/// Half of the extent of each entry on a path, and its largest magnitude.
-fn measured(path: &[Vec<f64>], size: usize) -> [Vec<f64>; 2] {
-    let range = |j: usize| {
-        let values = || path.iter().map(|z| z[j]);
-        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
-    };
-    let ranges: Vec<[f64; 2]> = (0..size).map(range).collect();
-    [
-        ranges.iter().map(|[least, most]| 0.5 * (most - least)).collect(),
-        ranges.iter().map(|[least, most]| least.abs().max(most.abs())).collect(),
-    ]
 }
 
 /// The sizes d_j that balance a matrix; 1 if it is not finite.

@@ -88,7 +88,7 @@ pub(super) fn first_event(
     }
 }
 
-/// How a function reaches zero on a way.
+/// The zero of a function between two states.
 enum Zero {
     /// After this share of the way, at this state.
     After(f64, State<Vec<f64>>),

@@ -1,0 +1,65 @@
+//! The returns of a run to a section: those that are kept, and what tells their motion.
+
+use super::growing::SizeHistory;
+use super::metric::Metric;
+use super::motion::Motion;
+use super::outcome::Ending;
+use super::ranges::Ranges;
+use super::section::point;
+use afterbay_core::StateRef;
+use std::ops::ControlFlow;
+
+/// A run whose states on a section are kept after a transient.
+#[derive(Clone, Debug)]
+pub(super) struct Returns {
+    /// The number of degrees of freedom that are not motors.
+    pub(super) dof: usize,
+    /// The periods of the coordinates that have one.
+    periods: Vec<Option<f64>>,
+    /// Returns that are not kept.
+    transient: u64,
+    /// The last return.
+    last: u64,
+    growth: SizeHistory,
+    motion: Motion,
+}
+
+impl Returns {
+    /// A run that has not begun. One period, or none, for each degree of freedom.
+    pub(super) fn new(periods: Vec<Option<f64>>, transient: u64, points: u64) -> Self {
+        let (dof, last) = (periods.len(), transient + points);
+        let (growth, motion) = (SizeHistory::new(dof, last), Motion::new(dof));
+        Self { dof, periods, transient, last, growth, motion }
+    }
+
+    /// Adds the state of return n, counted from 1, and the ranges since the return before. Returns
+    /// [q, p] if the state is kept.
+    pub(super) fn see(
+        &mut self,
+        n: u64,
+        state: StateRef<'_, f64>,
+        path: &Ranges,
+    ) -> Option<[Vec<f64>; 2]> {
+        self.growth.see(n, path);
+        self.motion.join(path);
+        if n == self.transient {
+            self.motion.settle();
+        }
+        (n > self.transient).then(|| point(&self.periods, self.dof, state))
+    }
+
+    /// `Break` after the last return.
+    pub(super) fn go_on(&self, n: u64) -> ControlFlow<()> {
+        if n >= self.last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// The outcome of the run, which is another one if it grows.
+    pub(super) fn ending(&self, ending: Ending) -> Ending {
+        self.growth.ending(ending, &self.periods)
+    }
+
+    /// The distance of the states that are kept.
+    pub(super) fn metric(&self) -> Metric {
+        self.motion.metric(&self.periods)
+    }
+}
