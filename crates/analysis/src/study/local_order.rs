@@ -12,7 +12,7 @@
 mod statistic;
 mod table;
 
-use super::cell::{Cell, Study, compute_all, reference_bytes};
+use super::cell::{Cell, Study, compute_all, map_cells, reference_bytes};
 use super::{Problem, distance};
 use crate::Solution;
 use crate::progress::{Progress, Silent};
@@ -86,6 +86,36 @@ impl LocalOrder {
         compute_all(&self.of::<T>(problem, methods), progress)
     }
 
+    /// The summaries of [`LocalOrder::run`] on each horizon [0, end], with each step taken once: the
+    /// grid of a shorter horizon is the beginning of that of the longest. The end of the problem is
+    /// not used.
+    ///
+    /// # Errors
+    /// Those of [`LocalOrder::run`] on the longest horizon.
+    pub fn run_on_horizons<T: Working>(
+        &self,
+        problem: &Problem,
+        ends: &[f64],
+        methods: &[&'static Row],
+        progress: &dyn Progress,
+    ) -> Result<Vec<Vec<LocalErrors>>, IntegrateError> {
+        let to = |end: f64| Problem { end, ..problem.clone() };
+        let longest = to(ends.iter().copied().fold(0.0, f64::max));
+        let study = self.of::<T>(&longest, methods);
+        let (solution, cells) = (study.share(progress)?, study.cells());
+        let all: Vec<usize> = (0..cells.len()).collect();
+        let each = map_cells(&cells, &all, |index| {
+            let (row, h) = study.cell(index);
+            let trace = self.trace_along(&longest, &solution, row, h)?;
+            let on = |&end: &f64| self.summarise(&to(end), &solution, row, h, &trace);
+            let found = ends.iter().map(on).collect::<Result<Vec<_>, _>>();
+            progress.advance();
+            found
+        })?;
+        let on = |horizon: usize| each.iter().map(|found| found[horizon].clone()).collect();
+        Ok((0..ends.len()).map(on).collect())
+    }
+
     /// The study of methods on a problem, computed in `T`.
     pub fn of<'a, T: Working>(
         &'a self,
@@ -129,7 +159,7 @@ impl LocalOrder {
     ) -> Result<Trace, IntegrateError> {
         let method = problem.model.bind_in::<T>(row)?;
         let multiple = self.multiple(h)?;
-        let points = Grid::<T>::new(self.base_step, problem.end)?.steps as usize + 1;
+        let points = self.points(problem)?;
         // h is computed as in the exact solution, so that both agree to the last bit of `T`.
         let h = T::from_f64(self.base_step) * T::from_f64(multiple as f64);
         let mut state = problem.start()?;
@@ -146,15 +176,22 @@ impl LocalOrder {
         Ok((0..points).map(&mut errors).collect())
     }
 
+    /// The number of points of the base grid, from 0 to the end.
+    fn points(&self, problem: &Problem) -> Result<usize, InputError> {
+        Ok(Grid::<f64>::new(self.base_step, problem.end)?.steps as usize + 1)
+    }
+
+    /// The summary of a trace that reaches the end of the problem, or farther.
     fn summarise<T: Working>(
         &self,
         problem: &Problem,
         solution: &Solution<T>,
         row: &'static Row,
         h: f64,
-        trace: &Trace,
+        trace: &[Option<[f64; 3]>],
     ) -> Result<LocalErrors, IntegrateError> {
         let system = problem.model.system::<T>()?.order_raising();
+        let trace = &trace[..self.points(problem)?];
         let variables: [Summary; 3] = std::array::from_fn(|variable| {
             let sizes = trace.iter().enumerate();
             Summary::of(sizes.filter_map(|(i, errors)| Some((i, errors.as_ref()?[variable]))))
@@ -188,7 +225,7 @@ impl LocalOrder {
         worst: [usize; 3],
     ) -> Result<[Summary; 3], IntegrateError> {
         let multiple = self.multiple(h)?;
-        let points = Grid::<T>::new(self.base_step, problem.end)?.steps as usize + 1;
+        let points = self.points(problem)?;
         let h = T::from_f64(self.base_step) * T::from_f64(multiple as f64);
         let exact = problem.model.bind_in::<Quad>(row)?;
         let method = problem.model.bind_in::<T>(row)?;
@@ -226,6 +263,14 @@ pub struct LocalOrders<'a, T> {
     scalar: PhantomData<T>,
 }
 
+impl<T: Working> LocalOrders<'_, T> {
+    /// The method and the step of a cell.
+    fn cell(&self, index: usize) -> (&'static Row, f64) {
+        let steps = &self.order.steps;
+        (self.methods[index / steps.len()], steps[index % steps.len()])
+    }
+}
+
 impl<T: Working> Study for LocalOrders<'_, T> {
     type Shared = Solution<T>;
     type Part = LocalErrors;
@@ -254,8 +299,7 @@ impl<T: Working> Study for LocalOrders<'_, T> {
         progress: &dyn Progress,
     ) -> Result<LocalErrors, IntegrateError> {
         let Self { order, problem, .. } = *self;
-        let steps = &order.steps;
-        let (row, h) = (self.methods[index / steps.len()], steps[index % steps.len()]);
+        let (row, h) = self.cell(index);
         let trace = order.trace_along(problem, solution, row, h)?;
         let errors = order.summarise(problem, solution, row, h, &trace);
         progress.advance();

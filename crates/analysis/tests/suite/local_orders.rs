@@ -55,6 +55,19 @@ fn orders(errors: &[LocalErrors], name: &str, statistic: Statistic) -> [f64; 3] 
 }
 
 #[test]
+fn horizons_have_the_errors_that_each_has_alone() {
+    let methods = ["moddg-q3-shared", "leapfrog"].map(|name| find(name).expect("a row"));
+    let study = LocalOrder { base_step: 0.01, steps: vec![0.03, 0.02] };
+    let (problem, ends) = (the_paper(), [2.0, 5.0, 1.0]);
+    let on = study.run_on_horizons::<Quad>(&problem, &ends, &methods, &Silent).expect("it runs");
+    for (end, found) in ends.into_iter().zip(on) {
+        let problem = Problem { end, ..problem.clone() };
+        let alone = study.run::<Quad>(&problem, &methods, &Silent).expect("it runs");
+        assert_eq!(format!("{found:?}"), format!("{alone:?}"), "to {end}");
+    }
+}
+
+#[test]
 fn every_variant_shows_the_orders_it_was_found_to_have() {
     for (name, maxima, medians) in TABLE {
         for (statistic, expected) in [(Statistic::Max, maxima), (Statistic::Median, medians)] {

@@ -165,9 +165,10 @@ impl<T: Scalar, const N: usize> Mul for Series<T, N> {
             }
             return product;
         }
-        for (k, term) in product.c.iter_mut().enumerate().take(known.min(a + b - 1)) {
-            for i in (k + 1).saturating_sub(b)..a.min(k + 1) {
-                *term = self.c[i].mul_add(other.c[k - i], *term);
+        // Row by row: the terms of a row are independent of each other.
+        for (i, &c) in self.c[..a.min(known)].iter().enumerate() {
+            for (term, &d) in product.c[i..known].iter_mut().zip(&other.c[..b]) {
+                *term = c.mul_add(d, *term);
             }
         }
         product
@@ -180,11 +181,14 @@ impl<T: Scalar, const N: usize> Div for Series<T, N> {
     fn div(self, other: Self) -> Self {
         let (terms, known) = (other.terms(), self.known.min(other.known));
         let mut quotient = Self::begun(T::zero(), known);
+        // Of the product of the quotient and the divisor, what the terms found so far contribute.
+        let mut product = [T::zero(); N];
         for k in 0..known {
-            let least = (k + 1).saturating_sub(terms);
-            let sum =
-                (least..k).fold(T::zero(), |sum, i| quotient.c[i].mul_add(other.c[k - i], sum));
-            quotient.c[k] = (self.c[k] - sum) / other.c[0];
+            let c = (self.c[k] - product[k]) / other.c[0];
+            quotient.c[k] = c;
+            for (term, &d) in product[k..known].iter_mut().zip(&other.c[..terms]).skip(1) {
+                *term = c.mul_add(d, *term);
+            }
         }
         quotient
     }

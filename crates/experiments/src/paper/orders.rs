@@ -266,13 +266,9 @@ fn horizons(
 ) -> Result<Vec<(f64, Vec<OrderRow>)>, ReportError> {
     let variants = paper.methods(&ON_HORIZONS)?;
     let ends = [2.0, 5.0, 10.0, 20.0, 40.0];
-    paper.progress.begin("orders on other horizons", ends.len() * variants.len() * STEPS.len());
-    let on = |end: f64| {
-        let problem = Problem { end, ..oscillator() };
-        let errors = study.run::<Quad>(&problem, &variants, paper.progress)?;
-        Ok((end, rows(&errors, |_, _, _| None)))
-    };
-    ends.into_iter().map(on).collect()
+    paper.progress.begin("orders on other horizons", variants.len() * STEPS.len());
+    let found = study.run_on_horizons::<Quad>(&oscillator(), &ends, &variants, paper.progress)?;
+    Ok(ends.into_iter().zip(found.iter().map(|errors| rows(errors, |_, _, _| None))).collect())
 }
 
 const HORIZON_HEADER: [&str; 8] =

@@ -25,6 +25,25 @@ fn a_constant_is_a_factor_of_each_term() {
     assert_eq!((X * Series::constant(3.0)).c, X.c.map(|c| 3.0 * c));
 }
 
+/// Sums in the order of the definition, each term with one rounding.
+#[test]
+fn products_and_quotients_are_those_of_the_definition_to_the_bit() {
+    let mut short = Series { known: 6, ..X };
+    short.c[4..].fill(0.0);
+    short.c[1] = 0.0;
+    let y = Series::new(X.c.map(|c| c.exp()));
+    for (x, y) in [(X, y), (short, y), (y, short), (X, short)] {
+        let (product, quotient) = (x * y, x / y);
+        for k in 0..x.known.min(y.known) {
+            let sum = |a: &[f64], from: usize, to: usize| {
+                (from..to).fold(0.0, |sum, i| a[i].mul_add(y.c[k - i], sum))
+            };
+            assert_eq!(product.c[k], sum(&x.c, 0, k + 1), "{k}");
+            assert_eq!(quotient.c[k], (x.c[k] - sum(&quotient.c, 0, k)) / y.c[0], "{k}");
+        }
+    }
+}
+
 #[test]
 fn inverse_operations_cancel() {
     let y = X * X + Series::from_f64(2.0);
