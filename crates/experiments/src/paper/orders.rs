@@ -8,7 +8,7 @@ use crate::claim::Readings;
 use crate::report::Block;
 use crate::sheet::{ReportError, Sheet, decimal, marked, scientific};
 use afterbay_analysis::study::local_order::{LocalErrors, LocalOrder, OrderRow, Statistic, rows};
-use afterbay_analysis::study::{Problem, VARIABLES, energy};
+use afterbay_analysis::study::{VARIABLES, energy};
 use afterbay_core::Quad;
 use afterbay_methods::registry::Row;
 

@@ -31,7 +31,7 @@ fn products_and_quotients_are_those_of_the_definition_to_the_bit() {
     let mut short = Series { known: 6, ..X };
     short.c[4..].fill(0.0);
     short.c[1] = 0.0;
-    let y = Series::new(X.c.map(|c| c.exp()));
+    let y = Series::new(X.c.map(f64::exp));
     for (x, y) in [(X, y), (short, y), (y, short), (X, short)] {
         let (product, quotient) = (x * y, x / y);
         for k in 0..x.known.min(y.known) {
