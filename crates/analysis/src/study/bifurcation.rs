@@ -314,7 +314,7 @@ impl Watch for Trace {
         self.points.extend(self.returns.see(n, state, path));
         let go_on = self.returns.go_on(n);
         if self.follow && go_on.is_break() {
-            self.state = Some(section_start(state, self.returns.dof));
+            self.state = Some(section_start(state, self.returns.dof()));
         }
         go_on
     }

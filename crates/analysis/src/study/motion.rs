@@ -1,4 +1,4 @@
-//! How far a motion goes in each coordinate and momentum.
+//! The ranges of the coordinates and momenta along a run, and along its settled part.
 
 use super::metric::Metric;
 use super::ranges::Ranges;

@@ -1,4 +1,4 @@
-//! The returns of a run to a section: those that are kept, and what tells their motion.
+//! The returns of a run to a section: which are kept, their distance, and whether they grow.
 
 use super::growing::SizeHistory;
 use super::metric::Metric;
@@ -12,9 +12,7 @@ use std::ops::ControlFlow;
 /// A run whose states on a section are kept after a transient.
 #[derive(Clone, Debug)]
 pub(super) struct Returns {
-    /// The number of degrees of freedom that are not motors.
-    pub(super) dof: usize,
-    /// The periods of the coordinates that have one.
+    /// The periods of the coordinates that have one; one entry for each degree of freedom.
     periods: Vec<Option<f64>>,
     /// Returns that are not kept.
     transient: u64,
@@ -29,7 +27,12 @@ impl Returns {
     pub(super) fn new(periods: Vec<Option<f64>>, transient: u64, points: u64) -> Self {
         let (dof, last) = (periods.len(), transient + points);
         let (growth, motion) = (SizeHistory::new(dof, last), Motion::new(dof));
-        Self { dof, periods, transient, last, growth, motion }
+        Self { periods, transient, last, growth, motion }
+    }
+
+    /// The number of degrees of freedom, without motors.
+    pub(super) fn dof(&self) -> usize {
+        self.periods.len()
     }
 
     /// Adds the state of return n, counted from 1, and the ranges since the return before. Returns
@@ -45,7 +48,7 @@ impl Returns {
         if n == self.transient {
             self.motion.settle();
         }
-        (n > self.transient).then(|| point(&self.periods, self.dof, state))
+        (n > self.transient).then(|| point(&self.periods, self.dof(), state))
     }
 
     /// `Break` after the last return.

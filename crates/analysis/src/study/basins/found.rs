@@ -1,4 +1,4 @@
-//! What a run shows of its attractor once it has settled.
+//! The attractor that a settled run reaches: a cycle its states repeat, or a set they fill.
 
 use super::distribution::{Distribution, still_moves};
 use super::known::{Known, NEAR, Nearby};
