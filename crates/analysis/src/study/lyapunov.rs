@@ -32,6 +32,7 @@ mod growth;
 mod walk;
 
 use super::dynamics::Dynamics;
+use super::metric;
 use super::outcome::Ending;
 use super::section::Section;
 use super::stability::MapError;
@@ -43,6 +44,7 @@ use afterbay_core::{Grid, InputError};
 use afterbay_methods::registry::Row;
 use growth::Growth;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use walk::Walk;
 
 /// The Lyapunov exponents of a problem.
@@ -106,10 +108,11 @@ pub struct Spectrum {
     pub h: f64,
     /// One row for each time.
     pub rows: Vec<LyapunovRow>,
-    /// The mean rate ln(b/a)/(t/2) at which the motion grows, with a and b its largest distances
-    /// from where it was at first, in the first and the second half of the time t. It is λ where
-    /// the motion grows like displacements at a rate λ, and nearly 0 where it stays bounded. None
-    /// with one row, and where the motion rests.
+    /// The mean rate ln(b/a)/(t/2) at which the motion grows, with a and b the largest differences
+    /// of an entry of (q, p) from where it was at first, in the first and the second half of the
+    /// time t: the largest rate of all entries. It is λ where the motion grows like displacements
+    /// at a rate λ, and nearly 0 where it stays bounded. None with one row, and where the motion
+    /// rests.
     pub growth: Option<f64>,
     /// The power of t with which displacements grow from the first to the second part of the time
     /// t, ln(b/a)/ln(t/t'), with a and b the largest sizes of the displacement of the largest
@@ -197,7 +200,7 @@ impl Lyapunov {
             found.push(of_intervals(&[none], row.name, h));
         }
         found.iter_mut().for_each(|row| row.outcome = ending.outcome);
-        let (growth, power) = (of_motion(&intervals, h), of_displacements(&intervals));
+        let (growth, power) = (of_motion(&intervals, &walk.from, h), of_displacements(&intervals));
         Ok(Spectrum { row, h, rows: found, growth, power, ending })
     }
 
@@ -246,14 +249,25 @@ fn of_intervals(intervals: &[Growth], method: &'static str, h: f64) -> LyapunovR
     }
 }
 
-/// The mean rate at which the motion grows: [`Spectrum::growth`].
-fn of_motion(intervals: &[Growth], h: f64) -> Option<f64> {
+/// The mean rate at which the motion grows: [`Spectrum::growth`]. `from` is (q, p) at first.
+/// Differences that are roundings count for no growth.
+fn of_motion(intervals: &[Growth], from: &[f64], h: f64) -> Option<f64> {
     let half = intervals.len() / 2;
-    let reach = |part: &[Growth]| part.iter().map(|growth| growth.reach).fold(0.0, f64::max);
     let (first, second) = (&intervals[..half], &intervals[intervals.len() - half..]);
+    let reach = |part: &[Growth], j| part.iter().map(|each| each.reach[j]).fold(0.0, f64::max);
+    let largest = |entries: Range<usize>| entries.map(|j| reach(intervals, j)).fold(0.0, f64::max);
+    let dof = from.len() / 2;
+    let least = |j: usize| {
+        let others = largest(if j < dof { 0..dof } else { dof..from.len() });
+        metric::rounding(others, from[j].abs() + reach(intervals, j))
+    };
     let steps: u64 = intervals[half..].iter().map(|growth| growth.steps).sum();
-    let rate = (reach(second) / reach(first)).ln() / (h * steps as f64);
-    rate.is_finite().then_some(rate)
+    let growth = |j: usize| {
+        let (a, b, least) = (reach(first, j), reach(second, j), least(j));
+        (b > least).then(|| (b / a.max(least)).ln())
+    };
+    let rates = (0..from.len()).filter_map(growth).map(|growth| growth / (h * steps as f64));
+    rates.filter(|rate| rate.is_finite()).reduce(f64::max)
 }
 
 /// The power of t with which displacements grow: [`Spectrum::power`].
@@ -279,21 +293,42 @@ mod tests {
     use super::*;
 
     const TEN: Growth =
-        Growth { steps: 10, logs: Vec::new(), log_det: 0.0, divergence: None, reach: 0.0 };
+        Growth { steps: 10, logs: Vec::new(), log_det: 0.0, divergence: None, reach: Vec::new() };
+
+    /// The growth of a motion that begins at (q, p) and has this reach in each interval of t = 1.
+    fn rate(from: [f64; 2], reach: &[[f64; 2]]) -> Option<f64> {
+        let interval = |reach: &[f64; 2]| Growth { reach: reach.to_vec(), ..TEN };
+        of_motion(&reach.iter().map(interval).collect::<Vec<_>>(), &from, 0.1)
+    }
 
     #[test]
     fn the_rate_of_a_motion_is_that_between_its_halves() {
         let reaching = |reach: &[f64]| {
-            let interval = |&reach: &f64| Growth { reach, ..TEN };
-            of_motion(&reach.iter().map(interval).collect::<Vec<_>>(), 0.1)
+            rate([0.0; 2], &reach.iter().map(|&reach| [reach, 0.0]).collect::<Vec<_>>())
         };
         // From the end of the second interval of t = 1 to that of the fifth: from 3 to 3³.
         let rate = reaching(&[1.0, 3.0, 5.0, 9.0, 27.0]).unwrap();
         assert!((rate - 9.0_f64.ln() / 3.0).abs() < 1e-14, "{rate}");
         assert_eq!(reaching(&[2.0, 1.0, 1.5, 2.0]), Some(0.0));
-        for no_rate in [&[][..], &[1.0], &[0.0, 0.0], &[0.0, 1.0]] {
+        for no_rate in [&[][..], &[1.0], &[0.0, 0.0]] {
             assert_eq!(reaching(no_rate), None, "{no_rate:?}");
         }
+    }
+
+    /// p oscillates with an amplitude of a million, and q grows.
+    #[test]
+    fn a_coordinate_that_grows_is_seen_beside_a_larger_momentum() {
+        let found = rate([0.0; 2], &[[1.0, 1e6], [3.0, 1e6], [9.0, 1e6], [27.0, 1e6]]).unwrap();
+        assert!((found - 9.0_f64.ln() / 2.0).abs() < 1e-14, "{found}");
+    }
+
+    #[test]
+    fn roundings_of_a_rest_do_not_grow() {
+        assert_eq!(rate([1e3, 0.0], &[[0.0; 2], [1e-13, 0.0], [2e-12, 0.0], [5e-11, 0.0]]), None);
+        // Beyond them they do.
+        let found = rate([1e3, 0.0], &[[0.0; 2], [1e-13, 0.0], [2e-7, 0.0], [1e-5, 0.0]]).unwrap();
+        let rounding = 1e-12 * (1e3 + 1e-5);
+        assert!((found - (1e-5_f64 / rounding).ln() / 2.0).abs() < 1e-14, "{found}");
     }
 
     #[test]

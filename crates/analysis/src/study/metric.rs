@@ -38,7 +38,7 @@ impl Metric {
     pub(super) fn of(periods: &[Option<f64>], settled: &Ranges, run: &Ranges) -> Self {
         let (size, dof) = (settled.len(), settled.len() / 2);
         let units: Vec<f64> = (0..size).map(|j| unit(periods, settled, run, j)).collect();
-        let mut least: Vec<f64> = (0..size).map(|j| rounding(periods, settled, j)).collect();
+        let mut least: Vec<f64> = (0..size).map(|j| rounding_of(periods, settled, j)).collect();
         let moves = |j: usize| extent(periods, settled, j) > least[j].max(AT_REST * units[j]);
         let moving: Vec<bool> = (0..dof).map(moves).collect();
         // The roundings of a momentum whose coordinate rests have nothing to be compared with.
@@ -139,11 +139,17 @@ fn unit(periods: &[Option<f64>], settled: &Ranges, run: &Ranges, j: usize) -> f6
 }
 
 /// The largest difference of entry j that is a rounding.
-fn rounding(periods: &[Option<f64>], settled: &Ranges, j: usize) -> f64 {
+fn rounding_of(periods: &[Option<f64>], settled: &Ranges, j: usize) -> f64 {
     let (size, dof) = (settled.len(), settled.len() / 2);
     let kind = if j < dof { 0..dof } else { dof..size };
     let others = kind.map(|i| extent(periods, settled, i)).fold(0.0, f64::max);
-    (OF_OTHERS * others).max(OF_MAGNITUDE * settled.magnitude(j))
+    rounding(others, settled.magnitude(j))
+}
+
+/// The largest difference of an entry that is a rounding, by the largest extent of a coordinate, or
+/// of a momentum, and by the largest magnitude of the entry.
+pub(super) fn rounding(others: f64, magnitude: f64) -> f64 {
+    (OF_OTHERS * others).max(OF_MAGNITUDE * magnitude)
 }
 
 /// The extent of entry j, of an angle at most a turn.

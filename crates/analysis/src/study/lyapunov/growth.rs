@@ -55,14 +55,17 @@ pub(super) struct Growth {
     pub(super) log_det: f64,
     /// The sum of the mean divergence of each step; none for a system without second derivatives.
     pub(super) divergence: Option<f64>,
-    /// The largest distance of a state from the one at which the measurement begins.
-    pub(super) reach: f64,
+    /// The largest difference of each entry of (q, p) from where the measurement begins, an angle
+    /// less its whole turns.
+    pub(super) reach: Vec<f64>,
 }
 
 impl Growth {
     /// No steps, with `size` tangent vectors.
     pub(super) fn new(size: usize) -> Self {
-        Self { steps: 0, logs: vec![0.0; size], log_det: 0.0, divergence: Some(0.0), reach: 0.0 }
+        let nothing = vec![0.0; size];
+        let (logs, reach) = (nothing.clone(), nothing);
+        Self { steps: 0, logs, log_det: 0.0, divergence: Some(0.0), reach }
     }
 }
 

@@ -92,8 +92,9 @@ impl<'a> Walk<'a> {
         let result = run.run(grid, state, stride, &mut |step, state| {
             piece.reach(*done + step, *all);
             if let Some(growth) = &mut growth {
-                let off = metric.distance(from, &point(periods, dof, state).concat());
-                growth.reach = growth.reach.max(off);
+                let at = point(periods, dof, state).concat();
+                let off = metric.difference(from, &at).map(f64::abs);
+                growth.reach.iter_mut().zip(off).for_each(|(reach, off)| *reach = reach.max(off));
             }
             broken = match &mut growth {
                 _ if step % STEPS_BETWEEN_LOOKS == 0 && progress.stopped() => {
