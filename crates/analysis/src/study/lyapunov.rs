@@ -44,7 +44,6 @@ use afterbay_core::{Grid, InputError};
 use afterbay_methods::registry::Row;
 use growth::Growth;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 use walk::Walk;
 
 /// The Lyapunov exponents of a problem.
@@ -255,19 +254,14 @@ fn of_motion(intervals: &[Growth], from: &[f64], h: f64) -> Option<f64> {
     let half = intervals.len() / 2;
     let (first, second) = (&intervals[..half], &intervals[intervals.len() - half..]);
     let reach = |part: &[Growth], j| part.iter().map(|each| each.reach[j]).fold(0.0, f64::max);
-    let largest = |entries: Range<usize>| entries.map(|j| reach(intervals, j)).fold(0.0, f64::max);
-    let dof = from.len() / 2;
-    let least = |j: usize| {
-        let others = largest(if j < dof { 0..dof } else { dof..from.len() });
-        metric::rounding(others, from[j].abs() + reach(intervals, j))
-    };
+    let whole: Vec<f64> = (0..from.len()).map(|j| reach(intervals, j)).collect();
     let steps: u64 = intervals[half..].iter().map(|growth| growth.steps).sum();
-    let growth = |j: usize| {
-        let (a, b, least) = (reach(first, j), reach(second, j), least(j));
-        (b > least).then(|| (b / a.max(least)).ln())
+    let rate = |j: usize| {
+        let least = metric::rounding(&whole, j, from[j].abs() + whole[j]);
+        let (a, b) = (reach(first, j).max(least), reach(second, j));
+        (b > least).then(|| (b / a).ln() / (h * steps as f64))
     };
-    let rates = (0..from.len()).filter_map(growth).map(|growth| growth / (h * steps as f64));
-    rates.filter(|rate| rate.is_finite()).reduce(f64::max)
+    (0..from.len()).filter_map(rate).filter(|rate| rate.is_finite()).reduce(f64::max)
 }
 
 /// The power of t with which displacements grow: [`Spectrum::power`].
@@ -320,6 +314,12 @@ mod tests {
     fn a_coordinate_that_grows_is_seen_beside_a_larger_momentum() {
         let found = rate([0.0; 2], &[[1.0, 1e6], [3.0, 1e6], [9.0, 1e6], [27.0, 1e6]]).unwrap();
         assert!((found - 9.0_f64.ln() / 2.0).abs() < 1e-14, "{found}");
+    }
+
+    #[test]
+    fn a_motion_that_leaves_a_rest_grows_from_a_rounding() {
+        let found = rate([0.0; 2], &[[0.0; 2], [1.0, 0.0]]).unwrap();
+        assert!((found - 1e10_f64.ln()).abs() < 1e-14 * found, "{found}");
     }
 
     #[test]

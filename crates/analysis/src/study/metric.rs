@@ -38,8 +38,10 @@ impl Metric {
     pub(super) fn of(periods: &[Option<f64>], settled: &Ranges, run: &Ranges) -> Self {
         let (size, dof) = (settled.len(), settled.len() / 2);
         let units: Vec<f64> = (0..size).map(|j| unit(periods, settled, run, j)).collect();
-        let mut least: Vec<f64> = (0..size).map(|j| rounding_of(periods, settled, j)).collect();
-        let moves = |j: usize| extent(periods, settled, j) > least[j].max(AT_REST * units[j]);
+        let extents: Vec<f64> = (0..size).map(|j| extent(periods, settled, j)).collect();
+        let rounding = |j: usize| rounding(&extents, j, settled.magnitude(j));
+        let mut least: Vec<f64> = (0..size).map(rounding).collect();
+        let moves = |j: usize| extents[j] > least[j].max(AT_REST * units[j]);
         let moving: Vec<bool> = (0..dof).map(moves).collect();
         // The roundings of a momentum whose coordinate rests have nothing to be compared with.
         let momenta = least[dof..].iter_mut().zip(&moving);
@@ -86,12 +88,7 @@ impl Metric {
         a: &'a [f64],
         b: &'a [f64],
     ) -> impl Iterator<Item = f64> + 'a {
-        let periods = self.periods.iter().copied().chain(std::iter::repeat(None));
-        let off = |((a, b), period): ((&f64, &f64), Option<f64>)| match period {
-            Some(period) => nearest(b - a, period),
-            None => b - a,
-        };
-        a.iter().zip(b).zip(periods).map(off)
+        difference(&self.periods, a, b)
     }
 
     /// The periods of the coordinates that have one.
@@ -132,23 +129,32 @@ impl Metric {
     }
 }
 
+/// b - a of states (q, p), each angle less its whole turns.
+pub(super) fn difference<'a>(
+    periods: &'a [Option<f64>],
+    a: &'a [f64],
+    b: &'a [f64],
+) -> impl Iterator<Item = f64> + 'a {
+    let periods = periods.iter().copied().chain(std::iter::repeat(None));
+    let off = |((a, b), period): ((&f64, &f64), Option<f64>)| match period {
+        Some(period) => nearest(b - a, period),
+        None => b - a,
+    };
+    a.iter().zip(b).zip(periods).map(off)
+}
+
 /// The unit of entry j of (q, p): its extent in the motion that has settled, or what may be left of
 /// a transient. 0 for one that does not move at all.
 fn unit(periods: &[Option<f64>], settled: &Ranges, run: &Ranges, j: usize) -> f64 {
     extent(periods, settled, j).max(OF_RUN * extent(periods, run, j))
 }
 
-/// The largest difference of entry j that is a rounding.
-fn rounding_of(periods: &[Option<f64>], settled: &Ranges, j: usize) -> f64 {
-    let (size, dof) = (settled.len(), settled.len() / 2);
-    let kind = if j < dof { 0..dof } else { dof..size };
-    let others = kind.map(|i| extent(periods, settled, i)).fold(0.0, f64::max);
-    rounding(others, settled.magnitude(j))
-}
-
-/// The largest difference of an entry that is a rounding, by the largest extent of a coordinate, or
-/// of a momentum, and by the largest magnitude of the entry.
-pub(super) fn rounding(others: f64, magnitude: f64) -> f64 {
+/// The largest difference of entry j that is a rounding, by the extents of all entries of (q, p)
+/// and by the largest magnitude of its own.
+pub(super) fn rounding(extents: &[f64], j: usize, magnitude: f64) -> f64 {
+    let (q, p) = extents.split_at(extents.len() / 2);
+    let kind = if j < q.len() { q } else { p };
+    let others = kind.iter().copied().fold(0.0, f64::max);
     (OF_OTHERS * others).max(OF_MAGNITUDE * magnitude)
 }
 

@@ -63,8 +63,7 @@ pub(super) struct Growth {
 impl Growth {
     /// No steps, with `size` tangent vectors.
     pub(super) fn new(size: usize) -> Self {
-        let nothing = vec![0.0; size];
-        let (logs, reach) = (nothing.clone(), nothing);
+        let [logs, reach] = [(); 2].map(|()| vec![0.0; size]);
         Self { steps: 0, logs, log_det: 0.0, divergence: Some(0.0), reach }
     }
 }

@@ -3,7 +3,7 @@
 use super::growth::{Divergence, Frame, Growth, Stop};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
-use crate::study::metric::Metric;
+use crate::study::metric::difference;
 use crate::study::outcome::Ending;
 use crate::study::section::point;
 use crate::study::tangent::Tangent;
@@ -85,7 +85,6 @@ impl<'a> Walk<'a> {
         self.rewind();
         let Self { run, tangent, divergence, frame, state, progress, h, done, all, .. } = self;
         let (periods, dof, from) = (&self.periods, self.dof, &self.from);
-        let metric = Metric::with_units(periods, vec![1.0; from.len()]);
         let (grid, stride) =
             (Grid { h: *h, steps }, if growth.is_some() { 1 } else { STEPS_BETWEEN_LOOKS });
         let mut broken = Ok(());
@@ -93,7 +92,7 @@ impl<'a> Walk<'a> {
             piece.reach(*done + step, *all);
             if let Some(growth) = &mut growth {
                 let at = point(periods, dof, state).concat();
-                let off = metric.difference(from, &at).map(f64::abs);
+                let off = difference(periods, from, &at).map(f64::abs);
                 growth.reach.iter_mut().zip(off).for_each(|(reach, off)| *reach = reach.max(off));
             }
             broken = match &mut growth {
