@@ -9,7 +9,7 @@
 //! This crate defines what a system, a state, a run and a failure are. It knows no method and no
 //! system by name. Its layers, each of which uses only those above it:
 //!
-//! - numbers: [`Scalar`] (`f64`, [`Quad`], SIMD lanes [`f64x4`] and [`f64x8`], [`Corrected`],
+//! - numbers: [`Scalar`] (`f64`, [`Quad`], SIMD lanes [`f64x8`], [`Corrected`],
 //!   [`Series`], [`Slope`], [`Interval`]), storage ([`Vector`]), divided differences ([`divided`])
 //!   and [`quadrature`];
 //! - error: [`InputError`], [`StepFailure`], [`RunError`], with the names of [`Quantity`] and
@@ -36,7 +36,7 @@ pub mod validate;
 pub use error::{InputError, IntegrateError, RunError, StepFailure};
 pub use numbers::{
     Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Single,
-    Slope, Vector, divided, f64x4, f64x8, larger_or_nan, quadrature, singularity, two_sum,
+    Slope, Vector, divided, f64x8, larger_or_nan, quadrature, singularity, two_sum,
 };
 pub use quantity::{Block, Quantity};
 pub use run::{

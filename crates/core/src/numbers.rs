@@ -1,7 +1,7 @@
 //! Numbers and functions of one number.
 //!
 //! A step is written once, for every [`Scalar`]: `f64`, [`Quad`] with 106 bits to see below the
-//! rounding of `f64`, SIMD lanes ([`f64x4`], [`f64x8`]), [`Corrected`] numbers that carry their
+//! rounding of `f64`, SIMD lanes ([`f64x8`]), [`Corrected`] numbers that carry their
 //! rounding errors, [`Series`] for Taylor coefficients, [`Slope`] for divided differences,
 //! [`Interval`] for enclosures, and dual numbers (feature `num-dual`). Divided differences
 //! without cancellation are in [`divided`], means over an edge in [`quadrature`].
@@ -33,4 +33,4 @@ pub use series::Series;
 pub use slope::{Ends, Slope};
 pub use two_sum::two_sum;
 pub use vector::{Single, Vector};
-pub use wide::{f64x4, f64x8};
+pub use wide::f64x8;

@@ -69,7 +69,6 @@ fn few_degrees<S: Curvature<f64> + 'static>(row: &Row, system: Untyped) -> Form 
 fn equal_members<S>(row: &Row, system: Untyped) -> Form
 where
     S: Uniform + Curvature<f64> + 'static,
-    S::Lanes: 'static,
 {
     inlined::equal_members::<S>(row, typed(system)?)
 }

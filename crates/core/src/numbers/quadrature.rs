@@ -68,7 +68,7 @@ impl<T: Scalar, const K: usize> Panel<T, K> {
 fn panel<T: Scalar, const K: usize>(
     [a, b]: [T; 2],
     [from, to]: [T; 2],
-    f: &impl Fn(T, T) -> [T; K],
+    f: &(impl Fn(T, T) -> [T; K] + ?Sized),
 ) -> Panel<T, K> {
     let rule: &[[f64; 6]] = if T::IS_EXTENDED { &NODES_16 } else { &NODES_8 };
     let (length, share) = (b - a, to - from);
@@ -115,12 +115,14 @@ struct Open<T> {
 /// tail that is small beside the function is accepted where it has not decreased for
 /// [`GENERATIONS`]. Functions that oscillate that fast within a part are also taken for noise;
 /// the balance of K reveals them.
+///
+/// `f` is not generic, so that this is compiled once per scalar and not once per function.
 #[cold]
 #[inline(never)]
 fn in_parts<T: Scalar, const K: usize>(
     edge: [T; 2],
     whole: &Panel<T, K>,
-    f: &impl Fn(T, T) -> [T; K],
+    f: &dyn Fn(T, T) -> [T; K],
 ) -> Option<[T; K]> {
     // Depth first, so that there are no more open parts than bisections of one part.
     let first = Open { from: 0.0, depth: 0, tails: [whole.tail; GENERATIONS] };

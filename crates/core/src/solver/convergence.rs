@@ -86,7 +86,7 @@ impl<T: Scalar> Updates<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::f64x4;
+    use crate::numbers::f64x8;
 
     fn after(updates: &[f64]) -> Updates<f64> {
         let mut seen = Updates::none();
@@ -116,9 +116,9 @@ mod tests {
     #[test]
     fn lanes_shrink_together() {
         let mut seen = Updates::none();
-        seen.see(f64x4::from_f64(1.0));
-        seen.see(f64x4::from_lanes(|k| if k < 3 { 0.5 } else { 2.0 }));
+        seen.see(f64x8::from_f64(1.0));
+        seen.see(f64x8::from_lanes(|k| if k < 7 { 0.5 } else { 2.0 }));
         assert!(seen.stalled(1) && seen.grows().any() && !seen.grows().all());
-        assert_eq!(seen.smallest().lane(3), 1.0);
+        assert_eq!(seen.smallest().lane(7), 1.0);
     }
 }

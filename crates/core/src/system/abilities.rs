@@ -173,10 +173,7 @@ pub trait Members: Separable<f64> {
     fn at_ends(&self) -> Option<EndMembers>;
 }
 
-impl<S: Uniform> Members for S
-where
-    S::Lanes: 'static,
-{
+impl<S: Uniform> Members for S {
     fn side_by_side(&self) -> Result<Arc<dyn Separable<f64x8>>, InputError> {
         Ok(Arc::new(self.lanes()?))
     }

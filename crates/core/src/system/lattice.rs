@@ -21,7 +21,7 @@ pub type EndMembers = [Arc<dyn Separable<f64>>; 2];
 /// member then agree to roundings only.
 pub trait Uniform: Separable<f64> {
     /// A member in lanes.
-    type Lanes: Separable<f64x8>;
+    type Lanes: Separable<f64x8> + 'static;
 
     /// A member in lanes, as the middle of three: the parameters are repeated in every lane.
     ///

@@ -39,8 +39,8 @@ pub(super) fn compare(
     x: f64,
     reach: f64,
     rounding: f64,
-    mut sample: impl FnMut(f64) -> Sample,
-    claim: impl Fn(usize, f64, f64) -> f64,
+    sample: &dyn Fn(f64) -> Sample,
+    claim: &dyn Fn(usize, f64, f64) -> f64,
 ) -> Result<Vec<Resolved>, Discrepancy> {
     let (rule, count) = (rule(), sample(x).value.len());
     let mut resolved = Vec::new();
@@ -51,7 +51,7 @@ pub(super) fn compare(
             if to == x || doubts.iter().all(Option::is_none) {
                 break;
             }
-            let edge = Edge::new(x, to - x, &rule, &mut sample);
+            let edge = Edge::new(x, to - x, &rule, sample);
             for (index, doubt) in doubts.iter_mut().enumerate() {
                 let Some(count) = *doubt else { continue };
                 let Some((steepest, slack)) = edge.resolve(index, rounding) else {
@@ -86,7 +86,7 @@ struct Edge {
 }
 
 impl Edge {
-    fn new(x: f64, width: f64, rule: &[[f64; 2]], sample: &mut impl FnMut(f64) -> Sample) -> Self {
+    fn new(x: f64, width: f64, rule: &[[f64; 2]], sample: &dyn Fn(f64) -> Sample) -> Self {
         let (start, end) = (sample(x), sample(x + width));
         let zeros = || vec![0.0; start.value.len()];
         let mut edge = Self {

@@ -15,7 +15,7 @@ pub(super) struct Place {
 const STATES_AROUND: usize = 32;
 
 /// The state and others at several distances from it, as far as the system is finite there.
-pub(super) fn around<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Vec<Place> {
+pub(super) fn around(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Vec<Place> {
     let place = |q: Vec<f64>, p: Vec<f64>| {
         let fields = Fields::at(system, &q, &p);
         Place { q, p, fields }
@@ -56,7 +56,7 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    pub(super) fn at<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Self {
+    pub(super) fn at(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Self {
         let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![0.0; q.len()]);
         system.gradient(q, p, &mut hq, &mut hp);
         system.dissipation(q, p, &hp, &mut d);

@@ -6,24 +6,20 @@ use crate::quantity::Block;
 use crate::system::System;
 
 /// Checks that the fields of a degree of freedom do not change with one that may not act on it.
-pub(super) fn coupling<S: System<f64> + ?Sized>(
-    system: &S,
-    q: &[f64],
-    p: &[f64],
-) -> Result<(), InputError> {
+pub(super) fn coupling(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     let (coupling, n) = (system.coupling(), q.len());
     let rule = "coupling() says that one does not act on the other";
     let blocks = [Block::Hqq, Block::Hqp, Block::Hpp, Block::Dq, Block::Dp];
-    unmoved(system, q, p, |i, j| !coupling.joins(n, i, j), &blocks, rule)
+    unmoved(system, q, p, &|i, j| !coupling.joins(n, i, j), &blocks, rule)
 }
 
 /// Moves every q_i and p_i and checks that the fields of each j that is `apart` from i, as far as
 /// they belong to these blocks, do not change.
-pub(super) fn unmoved<S: System<f64> + ?Sized>(
-    system: &S,
+pub(super) fn unmoved(
+    system: &dyn System<f64>,
     q: &[f64],
     p: &[f64],
-    apart: impl Fn(usize, usize) -> bool,
+    apart: &dyn Fn(usize, usize) -> bool,
     blocks: &[Block],
     rule: &'static str,
 ) -> Result<(), InputError> {

@@ -6,10 +6,7 @@ use crate::quantity::Quantity;
 use crate::system::{Passive, System};
 
 /// Checks the claims of [`System::dissipation_form`].
-pub(super) fn dissipation<S: System<f64> + ?Sized>(
-    system: &S,
-    places: &[Place],
-) -> Result<(), InputError> {
+pub(super) fn dissipation(system: &dyn System<f64>, places: &[Place]) -> Result<(), InputError> {
     let (damping, n) = (system.dissipation_form(), system.dof());
     let refuse = |quantity, dof, found, rule| {
         Err(InputError::Contradiction { quantity, dof, given: 0.0, found, rule })
@@ -63,7 +60,7 @@ pub(super) fn dissipation<S: System<f64> + ?Sized>(
 }
 
 /// Checks that D(q, p + p') = D(q, p) + D(q, p').
-fn linear<S: System<f64> + ?Sized>(system: &S, places: &[Place]) -> Result<(), InputError> {
+fn linear(system: &dyn System<f64>, places: &[Place]) -> Result<(), InputError> {
     let n = system.dof();
     for (k, Place { q, p, fields }) in places.iter().enumerate() {
         let other = displaced(p, k + places.len(), 1.0);

@@ -7,15 +7,12 @@ use crate::quantity::Quantity;
 use crate::system::System;
 
 /// ∂H/∂q_j or ∂H/∂p_j against the increments of H.
-pub(super) fn gradient<S>(
-    system: &S,
+pub(super) fn gradient(
+    system: &dyn System<f64>,
     quantity: Quantity,
     (q, p): (&[f64], &[f64]),
     j: usize,
-) -> Result<(), InputError>
-where
-    S: System<f64> + ?Sized,
-{
+) -> Result<(), InputError> {
     let of_q = quantity == Quantity::Slope;
     let x = if of_q { q } else { p };
     let sample = |at: f64| {
@@ -26,7 +23,7 @@ where
         let slope = if of_q { fields.hq[j] } else { fields.hp[j] };
         Sample { value: vec![fields.h], slope: vec![slope], size: vec![size] }
     };
-    compare(x[j], reach(x), rounding(q.len()), sample, |_, _, mean| mean).map(drop).map_err(
+    compare(x[j], reach(x), rounding(q.len()), &sample, &|_, _, mean| mean).map(drop).map_err(
         |found| {
             let rule = "it must be the derivative of the energy";
             InputError::Contradiction {

@@ -5,30 +5,24 @@ use super::around::{Fields, Place, around, moved, reach, rounding, starts};
 use super::system;
 use crate::error::InputError;
 use crate::quantity::Block;
-use crate::system::Curvature;
-
-type Entry = (Block, usize, usize, f64);
+use crate::system::{Entry, SecondDerivatives};
 
 /// Validates by [`system()`], and compares the second derivatives with increments of ∂H/∂q, ∂H/∂p
 /// and D. No entry may be missing, given twice or outside the pattern of
 /// [`crate::System::coupling`]. The places must be the same at all states, and the values as well
-/// if [`Curvature::is_linear`].
+/// if [`Curvature::is_linear`](crate::Curvature::is_linear).
 ///
 /// # Errors
 /// Those of [`system()`].
-pub fn curvature<S: Curvature<f64> + ?Sized>(
-    s: &S,
-    q: &[f64],
-    p: &[f64],
-) -> Result<(), InputError> {
+pub fn curvature(s: &dyn SecondDerivatives<f64>, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     system(s, q, p)?;
     let here = entries(s, q, p);
     places(s, &here, q.len())?;
     let others = around(s, q, p);
     for place in &others {
         let there = entries(s, &place.q, &place.p);
-        let same = |a: &Entry, b: &Entry| (a.0, a.1, a.2) == (b.0, b.1, b.2);
-        if s.is_linear()
+        let same = |a: &Entry<f64>, b: &Entry<f64>| (a.0, a.1, a.2) == (b.0, b.1, b.2);
+        if s.is_constant()
             && let Some((there, &here)) = there.iter().zip(&here).find(|(a, b)| a.3 != b.3)
         {
             return refuse(
@@ -56,14 +50,14 @@ pub fn curvature<S: Curvature<f64> + ?Sized>(
     Ok(())
 }
 
-fn entries<S: Curvature<f64> + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Vec<Entry> {
+fn entries(s: &dyn SecondDerivatives<f64>, q: &[f64], p: &[f64]) -> Vec<Entry<f64>> {
     let mut entries = Vec::new();
-    s.curvature(q, p, |block, i, j, x| entries.push((block, i, j, x)));
+    s.each(q, p, &mut |some| entries.extend_from_slice(some));
     entries
 }
 
 fn refuse(
-    (block, row, column, given): Entry,
+    (block, row, column, given): Entry<f64>,
     found: f64,
     rule: &'static str,
 ) -> Result<(), InputError> {
@@ -71,9 +65,9 @@ fn refuse(
 }
 
 /// Checks that every entry is finite, in the pattern and given once.
-fn places<S: Curvature<f64> + ?Sized>(
-    s: &S,
-    entries: &[Entry],
+fn places(
+    s: &dyn SecondDerivatives<f64>,
+    entries: &[Entry<f64>],
     n: usize,
 ) -> Result<(), InputError> {
     let coupling = s.coupling();
@@ -86,7 +80,7 @@ fn places<S: Curvature<f64> + ?Sized>(
             return refuse(entry, x, "it must be finite");
         }
     }
-    let mut sorted: Vec<Entry> = entries.to_vec();
+    let mut sorted: Vec<Entry<f64>> = entries.to_vec();
     sorted.sort_by_key(|&(block, i, j, _)| (block as u8, i, j));
     for (a, b) in sorted.iter().zip(sorted.iter().skip(1)) {
         if (a.0, a.1, a.2) == (b.0, b.1, b.2) {
@@ -97,8 +91,8 @@ fn places<S: Curvature<f64> + ?Sized>(
 }
 
 /// The derivatives by q_j, or by p_j, against the increments of ∂H/∂q, ∂H/∂p and D.
-fn column<S: Curvature<f64> + ?Sized>(
-    s: &S,
+fn column(
+    s: &dyn SecondDerivatives<f64>,
     q: &[f64],
     p: &[f64],
     j: usize,
@@ -111,10 +105,10 @@ fn column<S: Curvature<f64> + ?Sized>(
         let value = [hq, hp, d].concat();
         let (mut slope, mut size) =
             (vec![0.0; 3 * n], value.iter().map(|x| x.abs()).collect::<Vec<_>>());
-        s.curvature(q, p, |block, i, k, x| {
+        for (block, i, k, x) in entries(s, q, p) {
             // Entries that are not finite at the given state have been refused before.
             if i >= n || k >= n {
-                return;
+                continue;
             }
             let mut put = |row: usize, column: usize, of_q: bool, argument: f64| {
                 size[row] += (x * argument).abs();
@@ -132,10 +126,10 @@ fn column<S: Curvature<f64> + ?Sized>(
                 Block::Dq => put(2 * n + i, k, true, q[k]),
                 Block::Dp => put(2 * n + i, k, false, p[k]),
             }
-        });
+        }
         Sample { value, slope, size }
     };
-    compare(x[j], reach(x), rounding(n), sample, |_, _, mean| mean).map(drop).or_else(|found| {
+    compare(x[j], reach(x), rounding(n), &sample, &|_, _, mean| mean).map(drop).or_else(|found| {
         let i = found.index % n;
         let (block, row, column) = match (found.index / n, by_q) {
             (0, true) => (Block::Hqq, i, j),

@@ -5,7 +5,7 @@ use super::separable;
 use crate::error::InputError;
 use crate::numbers::Scalar;
 use crate::quantity::Quantity;
-use crate::system::{Coupling, Separable, Uniform};
+use crate::system::{Coupling, Members, Separable};
 
 /// The quantities of a member that are compared, in this order.
 const QUANTITIES: [Quantity; 5] = [
@@ -22,10 +22,10 @@ const QUANTITIES: [Quantity; 5] = [
 ///
 /// # Errors
 /// Those of [`separable()`], and [`InputError::Contradiction`] with the first member that differs.
-pub fn uniform<S: Uniform + ?Sized>(s: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+pub fn uniform(s: &dyn Members, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     separable(s, q, p)?;
-    let (n, lanes, linear) = (q.len(), s.lanes()?, s.dissipation_form().linear);
-    let ends = s.ends();
+    let (n, lanes, linear) = (q.len(), s.side_by_side()?, s.dissipation_form().linear);
+    let ends = s.at_ends();
     let places = around(s, q, p);
     for dof in 0..n {
         let steepest = most(&places, |place| place.fields.hq[dof]);

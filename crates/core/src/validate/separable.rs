@@ -31,11 +31,7 @@ pub fn masses<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), In
 ///
 /// # Errors
 /// Those of [`system()`], and [`InputError::Mass`].
-pub fn separable<S: Separable<f64> + ?Sized>(
-    s: &S,
-    q: &[f64],
-    p: &[f64],
-) -> Result<(), InputError> {
+pub fn separable(s: &dyn Separable<f64>, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     system(s, q, p)?;
     masses(s)?;
     let places = around(s, q, p);
@@ -50,12 +46,12 @@ pub fn separable<S: Separable<f64> + ?Sized>(
         says it is coupled";
     starts(&places)
         .iter()
-        .try_for_each(|Place { q, p, .. }| unmoved(s, q, p, |i, j| i != j, &[Block::Dp], rule))
+        .try_for_each(|Place { q, p, .. }| unmoved(s, q, p, &|i, j| i != j, &[Block::Dp], rule))
 }
 
 /// ∂V/∂q_j, m_j and D_j against the gradient and the dissipation, at every place.
-fn parts<S: Separable<f64> + ?Sized>(
-    s: &S,
+fn parts(
+    s: &dyn Separable<f64>,
     start: &[f64],
     places: &[Place],
     dof: usize,
@@ -103,7 +99,7 @@ fn parts<S: Separable<f64> + ?Sized>(
 
 /// Divided differences against the increments of V on the longest edges, and against the quadrature
 /// of ∂V/∂q_j on shorter ones.
-fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Result<(), InputError> {
+fn increments(s: &dyn Separable<f64>, q: &[f64], dof: usize) -> Result<(), InputError> {
     let (quantity, rounding, from, rest) =
         (Quantity::Increment, rounding(q.len()), q[dof], vec![0.0; q.len()]);
     let sample = |at: f64| {
@@ -113,7 +109,7 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
             (0..q.len()).fold(v.abs(), |size, i| size + (to[i] * s.partial(&to, i, to[i])).abs());
         Sample { value: vec![v], slope: vec![slope], size: vec![size] }
     };
-    let edges = compare(from, reach(q), rounding, sample, |_, to, _| {
+    let edges = compare(from, reach(q), rounding, &sample, &|_, to, _| {
         s.divided_difference(q, dof, to).value
     })
     .map_err(|found| {
@@ -140,7 +136,7 @@ fn increments<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> Resul
 
 /// Σ_i |q_i ∂²V/∂q_i∂q_j| from differences. Times a relative rounding of the coordinates, it is the
 /// rounding of ∂V/∂q_j where the forces of several neighbours cancel.
-fn sensitivity<S: Separable<f64> + ?Sized>(s: &S, q: &[f64], dof: usize) -> f64 {
+fn sensitivity(s: &dyn Separable<f64>, q: &[f64], dof: usize) -> f64 {
     let slope = |q: &[f64]| s.partial(q, dof, q[dof]);
     let step = f64::EPSILON.sqrt();
     let by = |i: usize| (slope(&moved(q, i, q[i] * (1.0 + step))) - slope(q)).abs() / step;

@@ -16,7 +16,7 @@ use crate::system::System;
 /// if q, p or H, ∂H/∂q, ∂H/∂p, D there are not finite, and [`InputError::Contradiction`] and
 /// [`InputError::ContradictionBetween`] with the value given, the value found and the rule
 /// violated.
-pub fn system<S: System<f64> + ?Sized>(system: &S, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+pub fn system(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     let n = system.dof();
     for (quantity, part) in [(Quantity::Coordinate, q), (Quantity::Momentum, p)] {
         if part.len() != n {

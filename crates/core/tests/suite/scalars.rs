@@ -1,6 +1,6 @@
 //! Each scalar type computes, in each of its lanes, what f64 computes, up to a few roundings.
 
-use afterbay_core::{Corrected, Interval, Mask, Quad, Scalar, Series, Slope, f64x4, f64x8};
+use afterbay_core::{Corrected, Interval, Mask, Quad, Scalar, Series, Slope, f64x8};
 
 /// Numbers of both signs and several sizes, a different one in each lane.
 fn number(seed: usize, lane: usize) -> f64 {
@@ -97,7 +97,6 @@ fn every_scalar_computes_and_compares_as_f64_does() {
     }
     both::<f64>();
     both::<Quad>();
-    both::<f64x4>();
     both::<f64x8>();
     both::<Corrected<f64>>();
     both::<Corrected<f64x8>>();
@@ -124,7 +123,6 @@ fn a_number_is_read_to_the_bit() {
         }
     }
     check::<f64>();
-    check::<f64x4>();
     check::<f64x8>();
 }
 
@@ -139,7 +137,6 @@ fn sine_and_cosine_of_large_angles_are_those_of_f64() {
         }
     }
     check::<f64>(300);
-    check::<f64x4>(300);
     check::<f64x8>(300);
     // π/2 has 160 bits there.
     check::<Quad>(30);
@@ -158,6 +155,5 @@ fn exponentials_of_huge_numbers_overflow_or_vanish() {
     }
     check::<f64>();
     check::<Quad>();
-    check::<f64x4>();
     check::<f64x8>();
 }

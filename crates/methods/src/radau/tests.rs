@@ -1,10 +1,16 @@
-//! Steps of fixed length, whatever their error.
+//! Steps of fixed length, whatever their error. Systems are type-erased, so that each engine is
+//! compiled once.
 
 use super::share::Allowed;
 use super::{Engine, Tables};
 use afterbay_core::taylor::trajectory;
-use afterbay_core::{Curvature, Effort, Quad, Scalar, Series, State, System, Tolerance, Vector};
+use afterbay_core::{
+    Effort, Quad, Scalar, SecondDerivatives, Series, State, System, Tolerance, Vector,
+};
 use afterbay_systems::{DampedDoublePendulum, DampedOscillator, FputChain, VanDerPolRing};
+
+/// A system with second derivatives.
+type Curved<T> = dyn SecondDerivatives<T>;
 
 /// Errors of the iteration below the rounding of `Quad`, and a projection as large as necessary.
 const TIGHT: f64 = 1e-29;
@@ -16,10 +22,13 @@ fn allowed(share: f64) -> Allowed {
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Takes a step, without control of its error.
-    fn take<F>(&mut self, system: &F, h: V::Scalar, state: &mut State<V>, solved: f64) -> Effort
-    where
-        F: Curvature<V::Scalar>,
-    {
+    fn take(
+        &mut self,
+        system: &Curved<V::Scalar>,
+        h: V::Scalar,
+        state: &mut State<V>,
+        solved: f64,
+    ) -> Effort {
         self.begin(system, state);
         let shift = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
         let mut effort = Effort::default();
@@ -37,9 +46,9 @@ fn far(a: &[Quad], b: &[Quad]) -> f64 {
 
 /// The largest errors of q, p and w at t = 1 after `count` steps from several states, and of K in
 /// one of them. The leading error term may vanish at one state.
-fn errors<F: Curvature<Quad>, const S: usize>(
-    system: &F,
-    series: &impl System<Series<Quad, 24>>,
+fn errors<const S: usize>(
+    system: &Curved<Quad>,
+    series: &dyn System<Series<Quad, 24>>,
     count: u32,
 ) -> [f64; 4] {
     const STARTS: [[[f64; 2]; 2]; 3] =
@@ -68,14 +77,14 @@ fn errors<F: Curvature<Quad>, const S: usize>(
 }
 
 /// Slopes of the logarithms of the errors, by least squares.
-fn check_orders<F: Curvature<Quad>, const S: usize>(
+fn check_orders<const S: usize>(
     name: &str,
-    system: &F,
-    series: &impl System<Series<Quad, 24>>,
+    system: &Curved<Quad>,
+    series: &dyn System<Series<Quad, 24>>,
     counts: &[u32],
 ) {
     let errors: Vec<[f64; 4]> =
-        counts.iter().map(|&count| errors::<_, S>(system, series, count)).collect();
+        counts.iter().map(|&count| errors::<S>(system, series, count)).collect();
     let x: Vec<f64> = counts.iter().map(|&count| -f64::from(count).ln()).collect();
     let mean = |y: &[f64]| y.iter().sum::<f64>() / y.len() as f64;
     let slopes = [0, 1, 2].map(|part| {
@@ -108,16 +117,16 @@ fn pendulum() -> DampedDoublePendulum<Quad> {
 fn three_stages_have_order_5() {
     let (chain, pendulum) = (chain(), pendulum());
     let ring = VanDerPolRing::new(2, 0.5, 0.25).unwrap().map(Quad::from_f64);
-    check_orders::<_, 3>("chain", &chain, &chain.map(Series::constant), &[40, 80, 160]);
-    check_orders::<_, 3>("pendulum", &pendulum, &pendulum.map(Series::constant), &[80, 160, 320]);
-    check_orders::<_, 3>("ring", &ring, &ring.map(Series::constant), &[40, 80, 160]);
+    check_orders::<3>("chain", &chain, &chain.map(Series::constant), &[40, 80, 160]);
+    check_orders::<3>("pendulum", &pendulum, &pendulum.map(Series::constant), &[80, 160, 320]);
+    check_orders::<3>("ring", &ring, &ring.map(Series::constant), &[40, 80, 160]);
 }
 
 #[test]
 fn five_stages_have_order_9() {
     let (chain, pendulum) = (chain(), pendulum());
-    check_orders::<_, 5>("chain", &chain, &chain.map(Series::constant), &[20, 40, 80]);
-    check_orders::<_, 5>("pendulum", &pendulum, &pendulum.map(Series::constant), &[240, 320, 400]);
+    check_orders::<5>("chain", &chain, &chain.map(Series::constant), &[20, 40, 80]);
+    check_orders::<5>("pendulum", &pendulum, &pendulum.map(Series::constant), &[240, 320, 400]);
 }
 
 /// With more friction than above, so that the leading error term of w is not small beside the next.
@@ -125,7 +134,7 @@ fn five_stages_have_order_9() {
 #[test]
 fn seven_stages_have_order_13() {
     let chain = FputChain::new(2, 1.0, 1.0).unwrap().map(Quad::from_f64);
-    check_orders::<_, 7>("chain", &chain, &chain.map(Series::constant), &[20, 25, 32, 40]);
+    check_orders::<7>("chain", &chain, &chain.map(Series::constant), &[20, 25, 32, 40]);
 }
 
 /// The energy that a decay of b h = 20 dissipates within one step, by w and by the weights alone.
@@ -136,8 +145,8 @@ fn w_takes_the_dissipation_that_the_weights_miss() {
     let system = DampedOscillator::new(1.0, 200.0).unwrap();
     let tables = Tables::<Quad, 3>::new();
     let mut engine =
-        Engine::<[f64; 1], 3>::new(&system, &tables, &Tolerance::all(1e-2), 1.0).unwrap();
-    let mut state = State::new([1.0], [1.0]).unwrap();
+        Engine::<Vec<f64>, 3>::new(&system, &tables, &Tolerance::all(1e-2), 1.0).unwrap();
+    let mut state = State::new(vec![1.0], vec![1.0]).unwrap();
     let k = state.total(&system);
     engine.take(&system, 0.1, &mut state, 1e-15);
     let weights: f64 =
@@ -156,8 +165,8 @@ fn numerical_damping_is_not_dissipation() {
     for b in [0.0, 1e-9] {
         let system = DampedOscillator::new(1.0, b).unwrap();
         let mut engine =
-            Engine::<[f64; 1], 3>::new(&system, &tables, &Tolerance::all(1e-2), 1.0).unwrap();
-        let mut state = State::new([1.0], [0.0]).unwrap();
+            Engine::<Vec<f64>, 3>::new(&system, &tables, &Tolerance::all(1e-2), 1.0).unwrap();
+        let mut state = State::new(vec![1.0], vec![0.0]).unwrap();
         for _ in 0..100 {
             engine.take(&system, 0.9, &mut state, 1e-15);
         }

@@ -138,7 +138,6 @@ where
 pub fn equal_members<S>(row: &Row, system: Arc<S>) -> Option<Result<Run<f64>, InputError>>
 where
     S: Uniform + Curvature<f64> + 'static,
-    S::Lanes: 'static,
 {
     if let Some(increments) = row.method::<Increments>()
         && Tiled::fits(&*system).is_ok()

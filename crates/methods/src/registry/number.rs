@@ -7,7 +7,7 @@ use crate::Composition;
 use crate::increment::Increments;
 use crate::moddg::ModDg;
 use afterbay_core::{
-    Abilities, Corrected, InputError, Lanewise, Quad, Quantity, Scalar, Separable, f64x4, f64x8,
+    Abilities, Corrected, InputError, Lanewise, Quad, Quantity, Scalar, Separable, f64x8,
 };
 use std::sync::Arc;
 
@@ -79,7 +79,7 @@ macro_rules! compensable {
         }
     )+};
 }
-compensable!(f64, f64x4, f64x8);
+compensable!(f64, f64x8);
 
 fn in_colours<T: Lanewise>(
     row: &Row,

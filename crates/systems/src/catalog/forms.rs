@@ -6,7 +6,7 @@ use crate::{CustomDrive, Described};
 use afterbay_core::taylor::{self, Enclosed, Pace, Route};
 use afterbay_core::{
     Abilities, Corrected, Drive, Driven, InputError, Interval, Lanewise, Quad, Scalar, Separable,
-    Series, State, StateRef, System, Vector, f64x4, f64x8,
+    Series, State, StateRef, System, Vector, f64x8,
 };
 use std::sync::Arc;
 
@@ -26,10 +26,8 @@ type MakeSeparable<T> = fn(usize, &[T]) -> Result<Option<Arc<dyn Separable<T>>>,
 pub(super) struct Forms {
     f64: Make<f64, dyn Abilities<f64>>,
     quad: Make<Quad, dyn Abilities<Quad>>,
-    four: Make<f64x4, dyn Abilities<f64x4>>,
     eight: Make<f64x8, dyn Abilities<f64x8>>,
     corrected: MakeSeparable<Corrected<f64>>,
-    corrected_four: MakeSeparable<Corrected<f64x4>>,
     corrected_eight: MakeSeparable<Corrected<f64x8>>,
     series: Make<Series<f64, TERMS>, dyn System<Series<f64, TERMS>>>,
     series_quad: Make<Series<Quad, TERMS>, dyn System<Series<Quad, TERMS>>>,
@@ -62,10 +60,8 @@ impl Forms {
         Self {
             f64: asked::<F, _>,
             quad: asked::<F, _>,
-            four: asked::<F, _>,
             eight: asked::<F, _>,
             corrected: separable::<F, _>,
-            corrected_four: separable::<F, _>,
             corrected_eight: separable::<F, _>,
             series: field::<F, _>,
             series_quad: field::<F, _>,
@@ -138,7 +134,6 @@ macro_rules! numbers {
 numbers! {
     f64, f64;
     Quad, quad;
-    f64x4, four;
     f64x8, eight;
 }
 
@@ -184,7 +179,6 @@ macro_rules! compensable {
 }
 compensable! {
     f64, corrected;
-    f64x4, corrected_four;
     f64x8, corrected_eight;
 }
 

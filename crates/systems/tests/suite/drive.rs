@@ -1,7 +1,7 @@
 //! Drives given as text, and systems under them.
 
 use afterbay_core::{
-    Abilities, Drive, Driven, Harmonic, Harmonics, InputError, Quad, Scalar, f64x4, validate,
+    Abilities, Drive, Driven, Harmonic, Harmonics, InputError, Quad, Scalar, f64x8, validate,
 };
 use afterbay_systems::{
     Custom, CustomDrive, CustomError, Description, DissipationText, DriveDescription, Place,
@@ -170,9 +170,11 @@ fn steps_end_where_a_force_jumps_or_has_a_kink_in_time() {
     // A sign whose argument is lost in rounding does not stop a run.
     assert!(breaks("sign(sin(1e300*t))", 4.3).len() < 100);
     let (drive, _) = drive(&["sign(t - 2)*f*omega"]).unwrap();
-    let lanes = drive.lift(|_, x| f64x4::splat(x));
-    let step = lanes.step_between_breaks(f64x4::new([0.0, 1.9, 1.95, 2.5]), f64x4::splat(0.2));
-    for (step, expected) in step.to_array().into_iter().zip([0.2, 0.1, 0.05, 0.2]) {
+    let lanes = drive.lift(|_, x| f64x8::splat(x));
+    let times = f64x8::new([0.0, 1.0, 1.5, 1.7, 1.9, 1.95, 2.5, 3.0]);
+    let step = lanes.step_between_breaks(times, f64x8::splat(0.2));
+    let expected = [0.2, 0.2, 0.2, 0.2, 0.1, 0.05, 0.2, 0.2];
+    for (step, expected) in step.to_array().into_iter().zip(expected) {
         assert!((step - expected).abs() < 1e-14, "{step}, not {expected}");
     }
 }

@@ -6,8 +6,7 @@ use crate::study::Problem;
 use crate::study::kept::LargestEnergy;
 use crate::study::outcome::Ending;
 use afterbay_core::{
-    Grid, IntegrateError, Lanewise, Quad, RunError, STEPS_OF_BLOCK, Scalar, State, StateRef,
-    System, f64x4, f64x8,
+    Grid, IntegrateError, Quad, RunError, STEPS_OF_BLOCK, Scalar, State, StateRef, System, f64x8,
 };
 use afterbay_methods::registry::{Part, Run};
 use serde::{Deserialize, Serialize};
@@ -171,22 +170,18 @@ impl Followed {
         reach: &mut dyn FnMut(u64),
         progress: &dyn Progress,
     ) -> Result<Beside, IntegrateError> {
-        match starts.len() {
-            1 => Ok(Beside::Apart),
-            2..=4 if setup.compensated => {
-                let method = starts[0].model.bind_compensated::<f64x4>(setup.row)?;
-                self.beside(&method, starts, span, reach, progress)
-            }
-            _ => match lanes(&starts[0], setup)? {
-                Some(method) => self.beside(&method, starts, span, reach, progress),
-                None => Ok(Beside::Apart),
-            },
+        if starts.len() == 1 {
+            return Ok(Beside::Apart);
+        }
+        match lanes(&starts[0], setup)? {
+            Some(method) => self.beside(&method, starts, span, reach, progress),
+            None => Ok(Beside::Apart),
         }
     }
 
-    fn beside<T: Lanewise>(
+    fn beside(
         &mut self,
-        method: &Run<T>,
+        method: &Run<f64x8>,
         starts: &[Problem],
         span: Span,
         reach: &mut dyn FnMut(u64),
@@ -197,17 +192,17 @@ impl Followed {
         let exact = starts[0].model.system::<Quad>()?;
         // Lanes without a run repeat the last one.
         let lane = |k: usize| states[k.min(states.len() - 1)];
-        let pack = |part: usize| -> Vec<T> {
+        let pack = |part: usize| -> Vec<f64x8> {
             let entries = 0..states[0][part].len();
-            entries.map(|j| T::from_lanes(|k| lane(k)[part][j])).collect()
+            entries.map(|j| f64x8::from_lanes(|k| lane(k)[part][j])).collect()
         };
         let [q, p, w, mut remainder] = [0, 1, 2, 3].map(pack);
-        let mut state = State { q, p, w, t: T::from_f64(span.begin as f64 * span.h) };
+        let mut state = State { q, p, w, t: f64x8::splat(span.begin as f64 * span.h) };
         let initial = initial(starts, &*exact)?;
         let mut samples: Vec<Samples> = self.runs.iter().map(|run| run.under_way).collect();
-        let mut see = |state: StateRef<'_, T>| {
+        let mut see = |state: StateRef<'_, f64x8>| {
             for (k, (samples, &initial)) in samples.iter_mut().zip(&initial).enumerate() {
-                samples.see(&*exact, &lifted(state, |x: T| x.lane(k)), initial);
+                samples.see(&*exact, &lifted(state, |x: f64x8| x.lane(k)), initial);
             }
         };
         let result = leg(method, span, (&mut state, &mut remainder), reach, progress, &mut see);
