@@ -70,7 +70,8 @@ impl<M: Binding> AnyFixed for M {
         self.bind_f64(target)
     }
     fn in_quad(&self, target: &Target<'_, Quad>) -> Bound<Quad> {
-        self.bind_stored(target)
+        // The arithmetic takes longer than a vector of one number does.
+        self.bind::<Vec<Quad>>(target)
     }
     fn lanes(&self) -> bool {
         M::LANES.is_some()

@@ -167,7 +167,7 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
 /// A sample at a jump of the force lies within the step across it, of some roundings of the time.
 #[test]
 fn samples_at_a_jump_of_the_force_are_found() {
-    fn sampled<M: Adaptive<Vec<f64>, Driven<Custom<f64>, CustomDrive<f64>>>>(method: &M) {
+    fn sampled<M: Adaptive<Vec<f64>, Curved<f64>>>(method: &M) {
         let description = Description {
             potential: "q1^2/2 + q1^4/4".into(),
             dissipation: DissipationText::Forces(vec!["0.1*v1".into()]),
@@ -177,18 +177,18 @@ fn samples_at_a_jump_of_the_force_are_found() {
         let forces = vec!["(sign(t - 2) - sign(t - 2.0001))*1e4".into()];
         let forces = DriveDescription { forces, ..Default::default() };
         let (drive, _) = CustomDrive::new(&forces, 1).unwrap();
-        let system = Driven::new(Arc::new(custom), Arc::new(drive)).unwrap();
+        let system: &Curved<f64> = &Driven::new(Arc::new(custom), Arc::new(drive)).unwrap();
         let mut state = with_motors(&State::new(vec![0.5], vec![0.2]).unwrap(), 1);
-        let (times, before) = ([1.0, 2.0, 2.0001, 3.0], state.total(&system));
+        let (times, before) = ([1.0, 2.0, 2.0001, 3.0], state.total(system));
         let mut seen = Vec::new();
         let mut see = |_: u64, at: &State<Vec<f64>>| {
-            let total = at.total(&system);
+            let total = at.total(system);
             assert!((total - before).abs() < 1e-12 * 4.0, "{}: {total}", at.t);
             seen.push((at.t, at.p[0]));
             ControlFlow::Continue(())
         };
         let tolerance = Tolerance::all(1e-10);
-        sample_within(method, &system, &tolerance, &times, &mut state, &mut see).unwrap();
+        sample_within(method, system, &tolerance, &times, &mut state, &mut see).unwrap();
         assert_eq!(seen.iter().map(|state| state.0).collect::<Vec<_>>(), times);
         // The pulse adds 2e4 × 1e-4 to the momentum.
         assert!((seen[2].1 - seen[1].1 - 2.0).abs() < 1e-3, "{seen:?}");

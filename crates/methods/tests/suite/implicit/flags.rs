@@ -3,8 +3,8 @@
 //! none of which is A-stable, grow or fail on one.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
-use crate::bind::separable;
-use afterbay_core::{Curvature, InputError, IntegrateError, Separable, State, StepFailure};
+use crate::bind::{Curved, separable};
+use afterbay_core::{InputError, IntegrateError, State, StepFailure};
 use afterbay_methods::registry::{self, FIXED, Needs, Row, Run};
 use afterbay_systems::FputChain;
 use std::collections::BTreeMap;
@@ -29,12 +29,12 @@ struct Seen {
 }
 
 /// Takes a few steps with every row that can be bound.
-fn watch<S: Curvature<f64>>(
+fn watch(
     seen: &mut BTreeMap<&'static str, Seen>,
     name: &str,
-    system: &S,
+    system: &Curved<f64>,
     steps: &[f64],
-    bind: impl Fn(&Row) -> Result<Run<f64>, InputError>,
+    bind: &dyn Fn(&Row) -> Result<Run<f64>, InputError>,
 ) {
     let n = system.dof();
     let start = State::new(wave(n, 1.0), wave(n, 0.3)).unwrap();
@@ -55,13 +55,13 @@ fn watch<S: Curvature<f64>>(
                         found.drift = found.drift.max(drift(system, h, &before, &state));
                         found.fell += falls(system.dissipation_form().passive, &before.w, &state.w);
                         let more = state.energy(system) > before.energy(system) * (1.0 + 1e-12);
-                        if system.is_linear() && more {
+                        if system.is_constant() && more {
                             found.unstable.push(format!("{name}, h = {h}: H grows"));
                         }
                     }
                     Err(IntegrateError::Run(error)) => {
                         let long = matches!(error.failure, StepFailure::TooLong { .. });
-                        if system.is_linear() && !long {
+                        if system.is_constant() && !long {
                             found.unstable.push(format!("{name}, h = {h}: {error}"));
                         }
                         break;
@@ -75,22 +75,18 @@ fn watch<S: Curvature<f64>>(
 
 fn chain(seen: &mut BTreeMap<&'static str, Seen>, name: &str, beta: f64, steps: &[f64]) {
     let system = FputChain::new(2000, beta, 0.1).unwrap();
-    watch(seen, name, &system, steps, |row| registry::bind::<f64>(row, Arc::new(system)));
+    watch(seen, name, &system, steps, &|row| registry::bind::<f64>(row, Arc::new(system)));
 }
 
 fn web(seen: &mut BTreeMap<&'static str, Seen>, name: &str, system: &Web, steps: &[f64]) {
-    fn takes<S: Separable<f64> + Curvature<f64> + Clone + 'static>(
-        system: &S,
-        skew: bool,
-    ) -> impl Fn(&Row) -> Result<Run<f64>, InputError> + '_ {
-        // Increments with skew friction are tested separately.
-        let why = "friction is skew";
-        move |row| match row.name.starts_with("increment") && skew {
-            true => Err(InputError::Unsupported { method: row.name, why }),
-            false => separable(row, system.clone()),
-        }
-    }
-    watch(seen, name, system, steps, takes(system, system.g != 0.0));
+    // Increments with skew friction are tested separately.
+    let why = "friction is skew";
+    watch(seen, name, system, steps, &|row| match row.name.starts_with("increment")
+        && system.g != 0.0
+    {
+        true => Err(InputError::Unsupported { method: row.name, why }),
+        false => separable(row, system.clone()),
+    });
 }
 
 #[test]

@@ -2,14 +2,15 @@
 //! solutions.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
+use crate::bind::Curved;
 use afterbay_core::{Block, Curvature, DissipationForm, Method, State, StepFailure, System};
 use afterbay_methods::{Collocation, Gonzalez};
 use afterbay_systems::{DampedOscillator, Duffing, FputChain};
 
 /// Checks that steps converge, conserve K to 16 roundings and decrease no reservoir.
-fn solved<S: Curvature<f64>>(
+fn solved(
     name: &str,
-    system: &S,
+    system: &Curved<f64>,
     stages: usize,
     h: f64,
     steps: u32,
@@ -79,16 +80,16 @@ fn a_long_step_of_a_mode_is_that_of_an_oscillator() {
     let (n, k) = (2000, 1500.0);
     let angle = k * std::f64::consts::PI / (n + 1) as f64;
     let rate = 2.0 * (0.5 * angle).sin();
-    let (chain, alone) =
-        (FputChain::new(n, 0.0, 0.3).unwrap(), DampedOscillator::new(rate * rate, 0.3).unwrap());
+    let chain: &Curved<f64> = &FputChain::new(n, 0.0, 0.3).unwrap();
+    let alone: &Curved<f64> = &DampedOscillator::new(rate * rate, 0.3).unwrap();
     let shape: Vec<f64> = (1..=n).map(|j| (angle * j as f64).sin()).collect();
     for stages in 1..=8 {
         for h in [0.7, 5.0, 60.0] {
             let method = Collocation::new(stages);
             let mut all = State::new(shape.clone(), vec![0.0; n]).unwrap();
-            let mut one = State::new([1.0], [0.0]).unwrap();
-            method.step(&chain, h, &mut all, &mut method.workspace(&chain).unwrap()).unwrap();
-            method.step(&alone, h, &mut one, &mut method.workspace(&alone).unwrap()).unwrap();
+            let mut one = State::new(vec![1.0], vec![0.0]).unwrap();
+            method.step(chain, h, &mut all, &mut method.workspace(chain).unwrap()).unwrap();
+            method.step(alone, h, &mut one, &mut method.workspace(alone).unwrap()).unwrap();
             for (j, shape) in shape.iter().enumerate() {
                 let off =
                     (all.q[j] - shape * one.q[0]).abs().max((all.p[j] - shape * one.p[0]).abs());
@@ -103,12 +104,12 @@ fn a_long_step_of_a_mode_is_that_of_an_oscillator() {
 /// equations differ.
 #[test]
 fn one_stage_is_the_midpoint_rule() {
-    let web = Web::new(50, 1e3, 0.4, 0.5, 0.0, Rubs::Linearly);
+    let web: &Curved<f64> = &Web::new(50, 1e3, 0.4, 0.5, 0.0, Rubs::Linearly);
     let (one, other) = (Collocation::new(1), Gonzalez::default());
     let start = State::new(wave(50, 1.0), wave(50, 0.3)).unwrap();
     let [mut a, mut b] = [start.clone(), start];
-    one.step(&web, 2.0, &mut a, &mut one.workspace(&web).unwrap()).unwrap();
-    other.step(&web, 2.0, &mut b, &mut other.workspace(&web).unwrap()).unwrap();
+    one.step(web, 2.0, &mut a, &mut one.workspace(web).unwrap()).unwrap();
+    other.step(web, 2.0, &mut b, &mut other.workspace(web).unwrap()).unwrap();
     for (a, b) in a.q.iter().chain(&a.p).chain(&a.w).zip(b.q.iter().chain(&b.p).chain(&b.w)) {
         assert!((a - b).abs() < 1e-10 * (1.0 + a.abs()), "{a} {b}");
     }
@@ -118,14 +119,14 @@ fn one_stage_is_the_midpoint_rule() {
 #[test]
 fn later_steps_allocate_nothing() {
     let n = 400;
-    let chain = FputChain::new(n, 0.0, 0.1).unwrap();
+    let chain: &Curved<f64> = &FputChain::new(n, 0.0, 0.1).unwrap();
     let method = Collocation::new(4);
     let mut state = State::new(wave(n, 1.0), vec![0.0; n]).unwrap();
-    let mut workspace = method.workspace(&chain).unwrap();
-    method.step(&chain, 3.0, &mut state, &mut workspace).unwrap();
+    let mut workspace = method.workspace(chain).unwrap();
+    method.step(chain, 3.0, &mut state, &mut workspace).unwrap();
     let allocated = allocation_counter::measure(|| {
         for _ in 0..5 {
-            method.step(&chain, 3.0, &mut state, &mut workspace).unwrap();
+            method.step(chain, 3.0, &mut state, &mut workspace).unwrap();
         }
     });
     assert_eq!(allocated.count_total, 0);
@@ -168,18 +169,18 @@ impl Curvature<f64> for Crowd {
 /// advises succeeds.
 #[test]
 fn what_does_not_fit_in_memory_is_named() {
-    let crowd = Crowd(9000);
+    let crowd: &Curved<f64> = &Crowd(9000);
     let method = Collocation::new(8);
     let mut state = State::new(vec![1.0; 9000], vec![0.0; 9000]).unwrap();
     let before = state.clone();
-    let mut workspace = method.workspace(&crowd).unwrap();
-    let failure = method.step(&crowd, 100.0, &mut state, &mut workspace).unwrap_err();
+    let mut workspace = method.workspace(crowd).unwrap();
+    let failure = method.step(crowd, 100.0, &mut state, &mut workspace).unwrap_err();
     assert!(
         matches!(failure, StepFailure::TooLarge { unknowns: 9000, bytes } if bytes > 4e9),
         "{failure}"
     );
     assert_eq!(state, before);
-    method.step(&crowd, 0.1, &mut state, &mut workspace).unwrap();
+    method.step(crowd, 0.1, &mut state, &mut workspace).unwrap();
 }
 
 /// The failure names its degree of freedom: the second of two, whose force is NaN.
@@ -214,10 +215,10 @@ fn failures_name_their_degree_of_freedom() {
     }
     for stages in 1..=8 {
         let method = Collocation::new(stages);
-        let mut state = State::new([0.0, 0.5], [0.0, 5.0]).unwrap();
-        let failure = method
-            .step(&Cliff, 1.0, &mut state, &mut method.workspace(&Cliff).unwrap())
-            .unwrap_err();
+        let mut state = State::new(vec![0.0, 0.5], vec![0.0, 5.0]).unwrap();
+        let cliff: &Curved<f64> = &Cliff;
+        let mut workspace = method.workspace(cliff).unwrap();
+        let failure = method.step(cliff, 1.0, &mut state, &mut workspace).unwrap_err();
         let named = matches!(
             failure,
             StepFailure::NonFinite { dof: 1, .. } | StepFailure::NewtonStalled { dof: 1, .. }
@@ -234,13 +235,14 @@ fn hardly_a_step_fails_and_the_advice_helps() {
     let (mut failed, runs) = (0, 8 * 400);
     for stages in 1..=8 {
         for i in 0..400 {
-            let system = Duffing::new(1.5 * x(i, 1.3), 0.75 + 0.375 * x(i, 2.9), 0.5).unwrap();
+            let system: &Curved<f64> =
+                &Duffing::new(1.5 * x(i, 1.3), 0.75 + 0.375 * x(i, 2.9), 0.5).unwrap();
             let h = 1.05 + 0.475 * x(i, 0.7);
             let method = Collocation::new(stages);
-            let start = State::new([x(i, 3.7)], [x(i, 5.1)]).unwrap();
+            let start = State::new(vec![x(i, 3.7)], vec![x(i, 5.1)]).unwrap();
             let step = |h: f64| {
                 let mut state = start.clone();
-                method.step(&system, h, &mut state, &mut method.workspace(&system).unwrap())
+                method.step(system, h, &mut state, &mut method.workspace(system).unwrap())
             };
             if let Err(failure) = step(h) {
                 failed += 1;

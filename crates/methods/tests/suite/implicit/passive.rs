@@ -2,7 +2,8 @@
 //! exactness for D that depends on q.
 
 use super::scenes::{Rubs, Web, drift, falls, wave};
-use afterbay_core::{Curvature, Method, Passive, State};
+use crate::bind::Curved;
+use afterbay_core::{Method, Passive, State};
 use afterbay_methods::{LinearExact, LocallyExact};
 use afterbay_systems::{Custom, Description, DissipationText};
 
@@ -17,9 +18,9 @@ fn custom(potential: &str, friction: &[&str]) -> Custom<f64> {
 }
 
 /// Checks that steps of `locally-exact` conserve K and are passive where the system is.
-fn only_fills<S: Curvature<f64>>(
+fn only_fills(
     name: &str,
-    system: &S,
+    system: &Curved<f64>,
     h: f64,
     steps: u32,
     q: Vec<f64>,
@@ -82,16 +83,16 @@ fn friction_that_depends_on_q_linearly_is_exact() {
     for forces in
         [["0.3*p1 + 0.4*q1", "0.2*p2"], ["0.3*p1 + 0.4*q2 + 0.1*p2", "0.2*p2 - 0.3*q1 + 0.05*q2"]]
     {
-        let system = custom("q1^2 + q2^2 + q1*q2", &forces);
-        assert!(Curvature::<f64>::is_linear(&system), "{forces:?}");
+        let system: &Curved<f64> = &custom("q1^2 + q2^2 + q1*q2", &forces);
+        assert!(system.is_constant(), "{forces:?}");
         for h in [0.1, 1.0, 4.0] {
             let [mut a, mut b] =
                 [0, 1].map(|_| State::new(vec![1.0, -0.4], vec![0.3, 0.8]).unwrap());
             LocallyExact
-                .step(&system, h, &mut a, &mut LocallyExact.workspace(&system).unwrap())
+                .step(system, h, &mut a, &mut LocallyExact.workspace(system).unwrap())
                 .unwrap();
             LinearExact
-                .step(&system, h, &mut b, &mut LinearExact.workspace(&system).unwrap())
+                .step(system, h, &mut b, &mut LinearExact.workspace(system).unwrap())
                 .unwrap();
             for (a, b) in a.q.iter().chain(&a.p).chain(&a.w).zip(b.q.iter().chain(&b.p).chain(&b.w))
             {

@@ -1,5 +1,6 @@
 //! The systems: all-to-all coupling with friction of every kind, and a Toda chain.
 
+use crate::bind::Curved;
 use afterbay_core::{
     Block, Coupling, Curvature, Dissipation, DissipationForm, Passive, Separable, State, System,
 };
@@ -212,8 +213,8 @@ pub(crate) fn wave(n: usize, a: f64) -> Vec<f64> {
 
 /// |ΔK| over the rounding of its terms: H, w and, for each degree of freedom, z times the slopes
 /// of H and D, amplified by h |H''| as the rounding of z is.
-pub(crate) fn drift<S: Curvature<f64>>(
-    system: &S,
+pub(crate) fn drift(
+    system: &Curved<f64>,
     h: f64,
     before: &State<Vec<f64>>,
     after: &State<Vec<f64>>,

@@ -2,7 +2,7 @@
 //! rest, tails that underflow, saturated friction, forces that cancel.
 
 use super::scenes::{Toda, drift};
-use crate::bind::separable;
+use crate::bind::{Curved, separable};
 use afterbay_core::{Curvature, Grid, Separable, State};
 use afterbay_methods::registry::{FIXED, Needs, Row, Run};
 use afterbay_systems::{Custom, Description, DissipationText, FputChain};
@@ -24,10 +24,10 @@ where
     }
 }
 
-fn finishes<S: Curvature<f64>>(
+fn finishes(
     name: &str,
     row: &Row,
-    system: &S,
+    system: &Curved<f64>,
     run: &Run<f64>,
     start: &State<Vec<f64>>,
     h: f64,
