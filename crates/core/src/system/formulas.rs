@@ -106,7 +106,7 @@ impl<F: Formulas> FromFormulas<F> {
 
     /// Whether V is singular somewhere on a line, given its coordinates at a share of it.
     #[cold]
-    fn is_singular(&self, n: usize, line: impl Fn(usize, Interval) -> Interval) -> bool {
+    fn is_singular(&self, n: usize, line: &dyn Fn(usize, Interval) -> Interval) -> bool {
         let value = |share: f64| {
             let point = |i| line(i, Interval::from_f64(share)).to_f64();
             with_entries(n, point, |q| self.0.potential(q))
@@ -177,7 +177,7 @@ impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
 
     fn is_singular_between(&self, from: &[T], to: &[T]) -> bool {
         (0..T::LANES).any(|lane| {
-            self.is_singular(from.len(), |i, share| {
+            self.is_singular(from.len(), &|i, share| {
                 between(enclosed(from[i], lane), enclosed(to[i], lane), share)
             })
         })
@@ -203,7 +203,7 @@ impl<T: Scalar, F: Formulas> Separable<T> for FromFormulas<F> {
 
     fn is_singular_along(&self, q: &[T], j: usize, to: T) -> bool {
         (0..T::LANES).any(|lane| {
-            self.is_singular(q.len(), |i, share| {
+            self.is_singular(q.len(), &|i, share| {
                 let from = enclosed(q[i], lane);
                 if i == j { between(from, enclosed(to, lane), share) } else { from }
             })
