@@ -20,7 +20,8 @@
 //! every argument may be rounded, of each argument times its slope. A relative error of 1e-9 in a
 //! slope is found if the energy is not much larger than its changes. Smaller ones are not found,
 //! such as an error in terms that are 1e-13 of the others at a displacement of 1. The cost is O(N)
-//! evaluations of the system.
+//! evaluations of the system. Systems are taken as trait objects, so that these tests are compiled
+//! once and not for each system.
 
 mod along;
 mod around;

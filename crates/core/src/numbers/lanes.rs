@@ -2,7 +2,8 @@
 //!
 //! Sums, products, quotients and roots round as those of `f64` do, and `ln` and `atan` are those of
 //! `f64`, lane by lane. `exp`, `exp_m1` and `sin_cos` are the crate's own: their last digits are
-//! not those of the standard library.
+//! not those of the standard library. A call `f64x8::name` below is that of the crate `wide`, which
+//! takes precedence over the method of the trait.
 
 use super::corrected::Lanewise;
 use super::scalar::{Mask, Scalar};

@@ -116,7 +116,8 @@ struct Open<T> {
 /// [`GENERATIONS`]. Functions that oscillate that fast within a part are also taken for noise;
 /// the balance of K reveals them.
 ///
-/// `f` is not generic, so that this is compiled once per scalar and not once per function.
+/// `f` is a trait object, so that this is compiled once for each scalar and K, and not for each
+/// function.
 #[cold]
 #[inline(never)]
 fn in_parts<T: Scalar, const K: usize>(

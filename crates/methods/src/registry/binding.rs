@@ -70,7 +70,7 @@ impl<M: Binding> AnyFixed for M {
         self.bind_f64(target)
     }
     fn in_quad(&self, target: &Target<'_, Quad>) -> Bound<Quad> {
-        // The arithmetic takes longer than a vector of one number does.
+        // Also at N = 1: the arithmetic takes so long that another storage gains nothing.
         self.bind::<Vec<Quad>>(target)
     }
     fn lanes(&self) -> bool {

@@ -170,13 +170,12 @@ impl Followed {
         reach: &mut dyn FnMut(u64),
         progress: &dyn Progress,
     ) -> Result<Beside, IntegrateError> {
-        if starts.len() == 1 {
-            return Ok(Beside::Apart);
+        if starts.len() > 1
+            && let Some(method) = lanes(&starts[0], setup)?
+        {
+            return self.beside(&method, starts, span, reach, progress);
         }
-        match lanes(&starts[0], setup)? {
-            Some(method) => self.beside(&method, starts, span, reach, progress),
-            None => Ok(Beside::Apart),
-        }
+        Ok(Beside::Apart)
     }
 
     fn beside(
