@@ -23,6 +23,7 @@ mod bracket;
 mod branch;
 mod iteration;
 mod rounding;
+mod third_correction;
 mod two_corrections;
 
 use super::{Equation, Root, Sample, Solver};
@@ -94,9 +95,12 @@ impl Newton {
     #[inline(always)]
     pub fn direct<T: Scalar>(start: T, mut equation: impl Equation<T>) -> Option<Root<T>> {
         let first = equation.at(T::one(), start);
-        let pair = two_corrections::<_, true>(T::one(), start, start, first, &mut equation);
+        let mut pair = two_corrections::<_, true>(T::one(), start, start, first, &mut equation);
         if pair.done.all() {
             return Some(pair.root());
+        }
+        if let Some(root) = pair.corrected_again(start, &mut equation) {
+            return Some(root);
         }
         let outcome = iterate_to_rounding::<_, _, true>(T::one(), start, pair, &mut equation);
         (!outcome.stalled.any()).then_some(Root { x: outcome.x, evaluations: outcome.evaluations })
@@ -125,18 +129,20 @@ impl Solver for Newton {
     }
 }
 
-/// Solves an equation for which two corrections were not enough in every lane, by iteration or by
-/// continuation. It takes the equation itself: an ordinary step would have to keep an equation in
-/// memory to which a reference is passed.
-#[cold]
+/// Solves an equation for which two corrections were not enough in every lane, by a third, by
+/// iteration or by continuation. It takes the equation itself: an ordinary step would have to keep
+/// an equation in memory to which a reference is passed.
 #[inline(never)]
 fn solve_with_care<T: Scalar>(
     dof: usize,
     start: T,
     force: T,
-    pair: TwoCorrections<T>,
+    mut pair: TwoCorrections<T>,
     mut equation: impl Equation<T>,
 ) -> Result<Root<T>, StepFailure> {
+    if let Some(root) = pair.corrected_again(start, &mut equation) {
+        return Ok(root);
+    }
     let outcome = iterate_to_rounding::<_, _, true>(T::one(), start, pair, &mut equation);
     if outcome.stalled.any() {
         return continue_from_start(dof, start, force, outcome, &mut equation);

@@ -2,7 +2,7 @@
 
 use super::bracket::Bracket;
 use super::rounding::{MeasuredRounding, Point, measure_rounding};
-use super::two_corrections::{Correction, FirstInverse, TwoCorrections};
+use super::two_corrections::{Correction, FirstInverse, TwoCorrections, rounding_of_solution};
 use super::{Equation, MOST_MISSING, Outcome, Sample};
 use crate::numbers::{Mask, Scalar};
 use crate::solver::convergence::NOISE_ROUNDINGS;
@@ -42,9 +42,10 @@ pub(super) fn iterate_to_rounding<T: Scalar, E: Equation<T>, const DIRECT: bool>
             break;
         }
         evaluations += 1;
-        let f = match (evaluations, second) {
-            (1, _) => pair.first.1,
-            (2, Some((middle, f))) if iteration.x == middle => f,
+        let f = match (evaluations, second, pair.third) {
+            (1, ..) => pair.first.1,
+            (2, Some((middle, f)), _) if iteration.x == middle => f,
+            (3, _, Some(f)) if iteration.x == pair.end => f,
             _ => equation.at(s, iteration.x),
         };
         iteration.correct::<DIRECT>(start, f, evaluations);
@@ -71,8 +72,8 @@ struct Iteration<T: Scalar> {
     inverse_error: T,
     /// The last two points.
     seen: [Point<T>; 2],
-    argument_rounding: T,
-    value_rounding: T,
+    /// The last sample of F.
+    f: Sample<T>,
     /// The measured rounding error of F.
     rounding: T,
     /// The number of corrections that grew and are small enough for noise.
@@ -97,8 +98,7 @@ impl<T: Scalar> Iteration<T> {
             correction: Correction::none(),
             inverse_error: zero,
             seen: [Point { x: zero, slope: one, residual: zero }; 2],
-            argument_rounding: zero,
-            value_rounding: zero,
+            f: pair.first.1,
             rounding: zero,
             grown: zero,
             bracket: Bracket::none(),
@@ -121,8 +121,7 @@ impl<T: Scalar> Iteration<T> {
                 Point { x, slope: one + first.slope, residual: before },
                 Point { x: middle, slope: one + second.slope, residual },
             ],
-            argument_rounding: second.argument_rounding,
-            value_rounding: second.value_rounding,
+            f: second,
             ..Self::new(pair)
         }
     }
@@ -173,7 +172,7 @@ impl<T: Scalar> Iteration<T> {
             end = self.within(end);
         }
         self.x = T::select(open, end, self.x);
-        (self.argument_rounding, self.value_rounding) = (f.argument_rounding, f.value_rounding);
+        self.f = f;
     }
 
     /// The end of a correction, or the middle of the bracket if the correction leaves it or is more
@@ -198,8 +197,7 @@ impl<T: Scalar> Iteration<T> {
         let open = self.done.or(self.stalled).not();
         let Correction { previous, update, .. } = self.correction;
         let (size, largest, steep) = (update.abs(), previous.abs(), self.inverse.abs());
-        let scale = T::from_f64(T::EPSILON)
-            * (start.abs() + self.argument_rounding).mul_add(steep, self.x.abs());
+        let scale = rounding_of_solution(start, self.f, self.inverse, self.x);
         // Converged if the next correction is below rounding. A bisection does not predict it.
         let corrected = self.halved[0].or(self.halved[1]).not();
         let converged = open.and(corrected).and(self.correction.next_is_rounding(scale));
@@ -218,7 +216,7 @@ impl<T: Scalar> Iteration<T> {
         self.done = self.done.and(bent.not());
         // Corrections that shrink, however slowly, are not noise. Noise grows now and then.
         let update_noise =
-            (T::from_f64(T::EPSILON) * self.value_rounding).mul_add(steep, floored_scale);
+            (T::from_f64(T::EPSILON) * self.f.value_rounding).mul_add(steep, floored_scale);
         let measured_noise = (self.rounding + self.rounding) * steep;
         let undecided = self.done.or(self.stalled).or(bent).not();
         let most_noise = T::from_f64(NOISE_ROUNDINGS).mul_add(update_noise, measured_noise);
@@ -245,7 +243,7 @@ impl<T: Scalar> Iteration<T> {
 /// mean (a + c + b)/3, which has no zero if c > -√(ab). Half of that bound is required as a margin,
 /// up to the noise of the rise.
 #[inline(always)]
-fn rises<T: Scalar>([from, to]: [Point<T>; 2], width: T, noise: T) -> T::Mask {
+pub(super) fn rises<T: Scalar>([from, to]: [Point<T>; 2], width: T, noise: T) -> T::Mask {
     let (a, b, rise) = (from.slope, to.slope, from.residual - to.residual);
     let c = rise * T::from_f64(3.0) - (a + b) * width;
     let c = T::select(width.lt(T::zero()), -c, c);

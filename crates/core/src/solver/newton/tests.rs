@@ -84,6 +84,57 @@ fn two_evaluations_give_what_more_care_gives() {
     assert!(taken > 2000 && felt > 200, "{taken} {felt}");
 }
 
+/// In lanes too, some of which take two corrections and some three.
+#[test]
+fn a_third_correction_gives_what_more_care_gives() {
+    let (mut seed, mut taken) = (1_u64, [0; 4]);
+    for _ in 0..5_000 {
+        let of: [[f64; 3]; 8] = std::array::from_fn(|_| {
+            let ranges = [(-0.05, 0.05), (-6.0, -3.0), (-4.0, 4.0)];
+            let [a, b, start] = ranges.map(|(low, high)| random(&mut seed, low, high));
+            [a, 10_f64.powf(b).copysign(start), start]
+        });
+        let thirds = of.map(|[a, b, start]| {
+            let mut equation = cubic(a, b);
+            let first = equation(1.0, start);
+            let pair = || two_corrections::<f64, true>(1.0, start, start, first, &mut cubic(a, b));
+            if pair().done {
+                return None;
+            }
+            let quick = pair().corrected_again(start, &mut equation)?;
+            let careful = iterate_to_rounding::<f64, _, true>(1.0, start, pair(), &mut equation);
+            assert!(!careful.stalled);
+            assert_eq!(
+                (quick.x.to_bits(), quick.evaluations),
+                (careful.x.to_bits(), careful.evaluations),
+                "{a} {b} {start}"
+            );
+            taken[quick.evaluations as usize] += 1;
+            Some(quick.x)
+        });
+        let [a, b, start] = [0, 1, 2].map(|i| f64x8::from(of.map(|numbers| numbers[i])));
+        let mut equation = |s: f64x8, x: f64x8| Sample {
+            value: s * (a * x + b * x * x * x),
+            slope: s * (a + f64x8::splat(3.0) * b * x * x),
+            argument_rounding: f64x8::ZERO,
+            value_rounding: f64x8::ZERO,
+        };
+        let first = equation(f64x8::ONE, start);
+        let mut pair =
+            two_corrections::<f64x8, true>(f64x8::ONE, start, start, first, &mut equation);
+        let Some(lanes) = pair.corrected_again(start, &mut equation) else { continue };
+        for (k, third) in thirds.into_iter().enumerate() {
+            let [a, b, start] = of[k];
+            let alone = third.or_else(|| Some(Newton::ordinary(start, cubic(a, b))?.x));
+            let found = lanes.x.to_array()[k];
+            assert_eq!(Some(found.to_bits()), alone.map(f64::to_bits), "{a} {b} {start}");
+        }
+        taken[0] += 1;
+    }
+    println!("{taken:?}: in all lanes, and by evaluations");
+    assert!(taken[0] > 500 && taken[3] > 5000, "{taken:?}");
+}
+
 #[test]
 fn stiff_and_steep_equations_are_solved_to_rounding() {
     for (a, b, start) in

@@ -19,6 +19,8 @@ pub(super) struct TwoCorrections<T: Scalar> {
     /// The points at which F was evaluated, and F there.
     pub(super) first: (T, Sample<T>),
     pub(super) second: Option<(T, Sample<T>)>,
+    /// F at `end`, once it is evaluated there.
+    pub(super) third: Option<Sample<T>>,
 }
 
 impl<T: Scalar> TwoCorrections<T> {
@@ -36,6 +38,7 @@ impl<T: Scalar> TwoCorrections<T> {
             scale: zero,
             first: (x, first),
             second: None,
+            third: None,
         }
     }
 
@@ -73,7 +76,7 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
     let inverse = (-second.slope).mul_add(inverse * inverse, inverse.mul_add(short, inverse));
     let residual = start - middle - second.value;
     let (update, end) = (residual * inverse, residual.mul_add(inverse, middle));
-    // A lower bound of the rounding error, by fewer operations than in `iterate_to_rounding`.
+    // A lower bound of the rounding error, by fewer operations than `rounding_of_solution`.
     let scale =
         T::from_f64(T::EPSILON) * second.argument_rounding.mul_add(T::one().half(), end.abs());
     let correction = Correction { previous, update, inverse_error, missing };
@@ -89,7 +92,15 @@ pub(super) fn two_corrections<T: Scalar, const DIRECT: bool>(
         scale,
         first: (x, first),
         second: Some((middle, second)),
+        third: None,
     }
+}
+
+/// The rounding error of x, without that of F ([the criterion](super)), by the sample that was
+/// taken before the last correction and the inverse slope of that correction.
+#[inline(always)]
+pub(super) fn rounding_of_solution<T: Scalar>(start: T, f: Sample<T>, inverse: T, x: T) -> T {
+    T::from_f64(T::EPSILON) * (start.abs() + f.argument_rounding).mul_add(inverse.abs(), x.abs())
 }
 
 /// The first approximation of the inverse slope 1/(1 + F'), which needs no division.
