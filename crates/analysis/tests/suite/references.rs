@@ -7,8 +7,8 @@ use afterbay_core::taylor::{Pace, Sampled, follow};
 use afterbay_core::{IntegrateError, Quad, Scalar, Series, State, System, Tolerance};
 use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{
-    Custom, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText, FPUT_CHAIN,
-    VAN_DER_POL,
+    Custom, CustomDrive, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText,
+    DriveDescription, FPUT_CHAIN, VAN_DER_POL,
 };
 use proptest::prelude::*;
 use std::ops::ControlFlow;
@@ -330,5 +330,23 @@ proptest! {
         let off = apart(&found, &by_legs(&scene, 3000));
         prop_assert!(off < 3e-6, "{off:e} {potential} {rub}");
         prop_assert!(found.doubt_at(1).most() < 1e-12, "{:?}", found.doubt_at(1));
+    }
+}
+
+/// Two oscillators, of which the second is pushed to and fro. All forces jump and bend at the times
+/// at which the run looks for it, whichever motor they belong to.
+#[test]
+fn forces_of_several_motors_jump_together() {
+    for forces in [["0.1", "0.05*sign(sin(t))"], ["cos(t)", "abs(sin(t))"], ["0.1*t", "mod(t, 3)"]]
+    {
+        let forces = forces.map(str::to_owned).to_vec();
+        let description = DriveDescription { forces, ..DriveDescription::default() };
+        let (drive, _) = CustomDrive::new(&description, 2).expect("a drive");
+        let system = custom("q1^2/2 + q2^2/2 + (q1 - q2)^4", &["0.1*v1", "0.1*v2"]);
+        let model = Model::Custom(Described::Separable(system));
+        let model = Model::Driven(Box::new(model), drive);
+        let found = known(&problem(model, &[1.0, 0.5], &[0.3, 1.0], 20.0), 20);
+        let doubt = found.doubt();
+        assert!(doubt.qp < 1e-13 && doubt.w < 1e-13, "{doubt:?}");
     }
 }

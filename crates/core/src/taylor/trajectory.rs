@@ -116,7 +116,7 @@ where
                 return Err(InputError::SolutionEnds { t: (start.t + origin).to_f64() });
             }
             if pace.off > 0.0 {
-                dice.disturb(&mut state, &expansion, stride, pace.off);
+                dice.disturb(&mut state, &expansion, system.motors(), stride, pace.off);
             }
             state.set_tiny_to_zero();
             origin += V::Scalar::from_f64(stride);
@@ -128,7 +128,8 @@ where
         }
         let mut state = expansion.at(t - origin);
         if pace.off > 0.0 && i > 0 {
-            dice.disturb(&mut state, &expansion, (t - origin).to_f64(), pace.off);
+            let tau = (t - origin).to_f64();
+            dice.disturb(&mut state, &expansion, system.motors(), tau, pace.off);
         }
         see(i, State { t: start.t + t, ..state });
     }
@@ -170,22 +171,32 @@ impl Dice {
         if self.0 >> 63 == 0 { 1.0 } else { -1.0 }
     }
 
-    /// Disturbs the entries that are not at rest, by `off` unit roundoffs of the largest at τ.
+    /// Disturbs the entries that are not at rest, by `off` unit roundoffs of the largest at τ. The
+    /// times of all motors are disturbed alike: their forces would otherwise jump or bend one after
+    /// the other.
     fn disturb<V: Vector, const M: usize>(
         &mut self,
         state: &mut State<V>,
         expansion: &Expansion<V, M>,
+        motors: usize,
         tau: f64,
         off: f64,
     ) {
         let Expansion { series, .. } = expansion;
         let scales = expansion.scales(tau.abs());
+        let further_times = state.dof() - motors + 1..state.dof();
         let parts =
             [(&mut state.q, &series.q), (&mut state.p, &series.p), (&mut state.w, &series.w)];
-        for ((part, series), scale) in parts.into_iter().zip(scales) {
-            for (x, series) in part.as_mut_slice().iter_mut().zip(series.as_slice()) {
+        for (i, ((part, series), scale)) in parts.into_iter().zip(scales).enumerate() {
+            let mut sign = 0.0;
+            for (j, (x, series)) in
+                part.as_mut_slice().iter_mut().zip(series.as_slice()).enumerate()
+            {
                 if series.c[1..].iter().any(|&c| c != V::Scalar::zero()) {
-                    *x += V::Scalar::from_f64(self.sign() * off * V::Scalar::EPSILON * scale);
+                    if i > 0 || !further_times.contains(&j) {
+                        sign = self.sign();
+                    }
+                    *x += V::Scalar::from_f64(sign * off * V::Scalar::EPSILON * scale);
                 }
             }
         }
