@@ -4,6 +4,9 @@
 
 mod after;
 mod local_orders;
+mod long_run;
 mod pick;
 mod references;
 mod stability;
+mod tangent;
+mod trajectory;

@@ -115,6 +115,9 @@ where
     let (mut before, mut shown) = (state.clone(), state.clone());
     for (n, &time) in (0..).zip(times) {
         while state.t.lt(time).all() {
+            if observer.stops() {
+                return Ok(run.statistics);
+            }
             before.copy(state);
             run.step(state)?;
         }

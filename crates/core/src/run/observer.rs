@@ -17,6 +17,13 @@ pub trait Observer<V: Vector> {
     fn next(&self, step: u64) -> u64 {
         step + 1
     }
+
+    /// Whether the run ends between two observed states, which may be far apart. A run at given
+    /// times asks before each of its steps.
+    #[inline(always)]
+    fn stops(&mut self) -> bool {
+        false
+    }
 }
 
 impl<V: Vector> Observer<V> for () {

@@ -2,9 +2,9 @@
 
 use super::run::{Part, Run, Show};
 use afterbay_core::{
-    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Quantity, RunError, Scalar,
-    State, StateRef, Statistics, System, Tolerance, Vector, integrate_in, integrate_within,
-    sample_within,
+    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Observer, Quantity,
+    RunError, Scalar, State, StateRef, Statistics, System, Tolerance, Vector, integrate_in,
+    integrate_within, sample_within,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -53,6 +53,22 @@ fn takes_a_step() -> InputError {
     InputError::Unsupported { method: UNNAMED, why: "it takes a step, not a tolerance" }
 }
 
+/// What receives the states of a run at given times, and what may end it between them.
+pub(super) struct Sampling<'a, T> {
+    pub(super) show: Show<'a, T>,
+    pub(super) stops: &'a mut dyn FnMut() -> bool,
+}
+
+impl<V: Vector> Observer<V> for Sampling<'_, V::Scalar> {
+    fn observe(&mut self, n: u64, state: &State<V>) -> ControlFlow<()> {
+        (self.show)(n, state.state_ref())
+    }
+
+    fn stops(&mut self) -> bool {
+        (self.stops)()
+    }
+}
+
 /// A bound method. Fixed-step methods refuse tolerances and the reverse.
 pub(super) trait Erased<T: Scalar>: Send + Sync {
     fn dof(&self) -> usize;
@@ -88,7 +104,7 @@ pub(super) trait Erased<T: Scalar>: Send + Sync {
         _tolerance: &Tolerance,
         _times: &[T],
         _place: Place<'_, T>,
-        _show: Show<'_, T>,
+        _sampling: Sampling<'_, T>,
     ) -> Result<Statistics, IntegrateError> {
         Err(takes_a_step().into())
     }
@@ -244,12 +260,11 @@ where
         tolerance: &Tolerance,
         times: &[V::Scalar],
         place: Place<'_, V::Scalar>,
-        show: Show<'_, V::Scalar>,
+        mut sampling: Sampling<'_, V::Scalar>,
     ) -> Result<Statistics, IntegrateError> {
         let mut state = place.take::<V>();
-        let mut look = |n: u64, state: &State<V>| show(n, state.state_ref());
         let outcome =
-            sample_within(&self.method, &*self.system, tolerance, times, &mut state, &mut look);
+            sample_within(&self.method, &*self.system, tolerance, times, &mut state, &mut sampling);
         place.put(&state);
         outcome
     }

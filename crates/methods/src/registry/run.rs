@@ -1,6 +1,6 @@
 //! A method bound to a system, with the types of both erased.
 
-use super::erased::{Erased, Place, UNNAMED};
+use super::erased::{Erased, Place, Sampling, UNNAMED};
 use afterbay_core::{
     Effort, Grid, InputError, IntegrateError, Quantity, Scalar, State, StateRef, Statistics,
     Tolerance, Vector,
@@ -80,7 +80,8 @@ impl<T: Scalar> Run<T> {
     }
 
     /// Integrates `state` over a part of a run with a fixed step. Of parts of a multiple of
-    /// [`STEPS_OF_BLOCK`](afterbay_core::STEPS_OF_BLOCK) steps, w is that of one run.
+    /// [`STEPS_OF_BLOCK`](afterbay_core::STEPS_OF_BLOCK) steps, w is that of one run, to the bit if
+    /// the method keeps nothing from step to step, and else to rounding.
     ///
     /// # Errors
     /// Those of [`Run::run`], and [`InputError::Length`] if the remainder has another length than
@@ -110,7 +111,8 @@ impl<T: Scalar> Run<T> {
         Ok(Statistics { least: h, largest: h, ..statistics })
     }
 
-    /// Shows the states at the given times, for methods that choose their steps. See
+    /// Shows the states at the given times, for methods that choose their steps. Before each step
+    /// `stops` is asked whether the run ends there. See
     /// [`sample_within`](afterbay_core::sample_within).
     ///
     /// # Errors
@@ -122,10 +124,11 @@ impl<T: Scalar> Run<T> {
         times: &[T],
         state: &mut State<V>,
         show: Show<'_, T>,
+        stops: &mut dyn FnMut() -> bool,
     ) -> Result<Statistics, IntegrateError> {
         state.check(self.bound.dof())?;
         self.bound
-            .sample(tolerance, times, Place::of(state), show)
+            .sample(tolerance, times, Place::of(state), Sampling { show, stops })
             .map_err(|error| self.named(error))
     }
 

@@ -257,7 +257,8 @@ fn what_cannot_be_done_is_refused() {
         }
         let descending = [1.0, 0.5];
         let look = &mut |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
-        let refused = within.sample(&Tolerance::all(1e-6), &descending, &mut state, look);
+        let refused =
+            within.sample(&Tolerance::all(1e-6), &descending, &mut state, look, &mut || false);
         assert!(matches!(refused, Err(IntegrateError::Input(InputError::End { .. }))));
         assert_eq!(state, start);
     }

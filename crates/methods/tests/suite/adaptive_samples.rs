@@ -5,7 +5,9 @@ use crate::catalog::{As, Built, chain, duffing, pendulum};
 use crate::many::{errors, exact_end, start};
 use crate::slope::slope;
 use afterbay_core::taylor::trajectory;
-use afterbay_core::{Adaptive, Driven, Quad, Scalar, State, Tolerance, sample_within, with_motors};
+use afterbay_core::{
+    Adaptive, Driven, Quad, Scalar, State, StateRef, Tolerance, sample_within, with_motors,
+};
 use afterbay_methods::registry::{ADAPTIVE, Setting};
 use afterbay_methods::{
     AdaptiveCollocation, AdaptiveDop853, AdaptiveRadau, AdaptiveVerner87, AdaptiveVerner98,
@@ -31,7 +33,7 @@ fn samples_are_steps() {
         for tolerance in [1e-4, 1e-8, 1e-12] {
             let (mut state, mut seen, all) = (start.clone(), 0, Tolerance::all(tolerance));
             let label = format!("{} {tolerance:e}", row.name);
-            let done = within.sample(&all, &times, &mut state, &mut |n, at| {
+            let mut look = |n: u64, at: StateRef<'_, f64>| {
                 assert_eq!((n, at.t), (seen, times[seen as usize]));
                 let exact = &exact[seen as usize];
                 let parts = [(at.q, &exact.q), (at.p, &exact.p), (at.w, &exact.w)];
@@ -40,7 +42,8 @@ fn samples_are_steps() {
                 assert!((at.total(&*system) - k).abs() < 1e-14, "{label} {}: K", at.t);
                 seen += 1;
                 ControlFlow::Continue(())
-            });
+            };
+            let done = within.sample(&all, &times, &mut state, &mut look, &mut || false);
             assert!(done.is_ok() && seen == times.len() as u64, "{label}: {done:?}");
             let (mut alone, setting) = (start.clone(), Setting::Tolerance(all, times[300]));
             within.run(setting, &mut alone, 1, &mut |_, _| ControlFlow::Continue(())).unwrap();

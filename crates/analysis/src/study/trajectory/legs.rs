@@ -186,7 +186,7 @@ impl Legs {
         let times: Vec<f64> = steps.iter().map(|&step| step as f64 * grid.h).collect();
         let (run, mut piece) = (problem.model.bind(row)?, Piece::new(progress));
         let (n, balance, mut done) = (problem.model.degrees(), &mut self.balance, begin);
-        let result = run.sample(&Tolerance::all(tolerance), &times, state, &mut |i, state| {
+        let mut look = |i: u64, state: StateRef<'_, f64>| {
             done = steps.get(i as usize).copied().unwrap_or(end);
             piece.reach(done, grid.steps);
             balance.see(&*system, state, n);
@@ -199,7 +199,10 @@ impl Legs {
             } else {
                 ControlFlow::Continue(())
             }
-        });
+        };
+        let mut stops = || progress.stopped();
+        let all = Tolerance::all(tolerance);
+        let result = run.sample(&all, &times, state, &mut look, &mut stops);
         self.done = done;
         match result {
             Err(IntegrateError::Input(error)) => Err(error.into()),
@@ -225,87 +228,4 @@ struct LegSteps {
     grid: Grid<f64>,
     every: u64,
     end: u64,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Model;
-    use crate::progress::Silent;
-    use crate::study::trajectory::{Trajectory, run};
-    use afterbay_methods::registry::find;
-    use afterbay_systems::{CustomDrive, DUFFING, DriveDescription};
-
-    const STEP: f64 = 0.01;
-
-    /// A driven oscillator whose runs take three legs, the last of them short.
-    fn problem() -> Problem {
-        let forces = vec!["0.3*cos(1.2*t)".to_owned()];
-        let description = DriveDescription { forces, ..DriveDescription::default() };
-        let (drive, _) = CustomDrive::new(&description, 1).expect("a drive");
-        let duffing = [("alpha", 1.0), ("beta", 0.5), ("c", 0.1)];
-        let model = Model::named(&DUFFING, duffing).expect("a system");
-        let model = Model::Driven(Box::new(model), drive);
-        Problem { model, q: vec![1.0], p: vec![0.0], end: 22_000.0 }
-    }
-
-    #[test]
-    fn legs_go_on_from_what_was_kept_to_the_bit() {
-        let problem = problem();
-        let steps = Steps { h: STEP, every: 7001, tolerance: 1e-6 };
-        for name in ["moddg", "adaptive-dop853"] {
-            let row = find(name).expect("a method");
-            let run = |kept: bool| {
-                let (legs, mut count) = (Legs::new(&problem, row).expect("a start"), 0);
-                let run = Trajectory::of_legs(legs, |legs, keep| {
-                    count += 1;
-                    if kept {
-                        let mut bytes = Vec::new();
-                        ciborium::into_writer(&*legs, &mut bytes).expect("bytes");
-                        *legs = ciborium::from_reader(&bytes[..]).expect("the same legs");
-                    }
-                    legs.advance(&problem, row, steps, keep, &Silent)
-                });
-                assert_eq!(count, 5, "the motor of the drive is a second degree of freedom");
-                run.expect("a run")
-            };
-            let (alone, resumed) = (run(false), run(true));
-            assert!(alone.ending.is_completed(), "{:?}", alone.ending);
-            let bits = |run: &Trajectory| format!("{:?}", run.rows);
-            assert_eq!(bits(&alone), bits(&resumed));
-            let numbers: Vec<u64> = alone.rows.iter().map(|row| row.step).collect();
-            let expected: Vec<u64> = (0..=314).map(|n| 7001 * n).chain([2_200_000]).collect();
-            assert_eq!(numbers, expected, "{}", row.name);
-            assert!(alone.rows.iter().all(|row| row.t == row.step as f64 * 0.01));
-            let first = alone.rows[0].total;
-            let off = alone.rows.iter().map(|row| (row.total - first).abs()).fold(0.0, f64::max);
-            assert!(row.name != "moddg" || off < 1e-10, "K is off by {off:e}");
-        }
-    }
-
-    #[test]
-    fn w_does_not_depend_on_the_states_that_are_kept() {
-        let problem = problem();
-        let row = find("moddg").expect("a method");
-        let end = |every| {
-            let runs = run(&problem, &[row], STEP, every, &Silent).expect("runs");
-            format!("{:?}", runs[0].rows.last())
-        };
-        assert_eq!(end(7001), end(100_000));
-    }
-
-    #[test]
-    fn a_run_that_fails_in_a_later_leg_names_its_step() {
-        let model = Model::named(&DUFFING, [("alpha", -1e-7)]).expect("a system");
-        let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 2e7 };
-        let row = find("rk4").expect("a method");
-        let found = run(&problem, &[row], 1.0, 1000, &Silent).expect("a run");
-        let [run] = &found[..] else { panic!("one run") };
-        assert_eq!(run.ending.outcome, "not-finite", "{:?}", run.ending);
-        let last = run.rows.last().expect("rows").step;
-        assert!(last > LEG, "{last}");
-        let named = format!("step {}", last + 1);
-        let said = run.ending.failure.as_deref().unwrap_or_default();
-        assert!(said.contains(&named), "{said}: {named}");
-    }
 }

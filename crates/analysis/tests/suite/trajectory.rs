@@ -1,0 +1,128 @@
+//! Trajectories in legs.
+
+use afterbay_analysis::Model;
+use afterbay_analysis::progress::{Progress, Silent};
+use afterbay_analysis::study::Problem;
+use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
+use afterbay_analysis::study::trajectory::{Legs, Steps, TrajectoryRow, run};
+use afterbay_methods::registry::{Row, find};
+use afterbay_systems::{CustomDrive, DUFFING, DriveDescription};
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+const STEP: f64 = 0.01;
+
+/// A driven oscillator whose runs take three legs, the last of them short.
+fn problem() -> Problem {
+    let forces = vec!["0.3*cos(1.2*t)".to_owned()];
+    let description = DriveDescription { forces, ..DriveDescription::default() };
+    let (drive, _) = CustomDrive::new(&description, 1).expect("a drive");
+    let duffing = [("alpha", 1.0), ("beta", 0.5), ("c", 0.1)];
+    let model = Model::named(&DUFFING, duffing).expect("a system");
+    let model = Model::Driven(Box::new(model), drive);
+    Problem { model, q: vec![1.0], p: vec![0.0], end: 22_000.0 }
+}
+
+/// The states that a run of five legs keeps, and its ending. `kept` writes what is kept between two
+/// legs, and reads it back.
+fn in_legs(problem: &Problem, row: &'static Row, kept: bool) -> (Vec<TrajectoryRow>, Ending) {
+    let steps = Steps { h: STEP, every: 7001, tolerance: 1e-6 };
+    let mut legs = Legs::new(problem, row).expect("a start");
+    let (mut rows, mut count) = (Vec::new(), 0);
+    while !legs.has_ended() {
+        count += 1;
+        if kept {
+            let mut bytes = Vec::new();
+            ciborium::into_writer(&legs, &mut bytes).expect("bytes");
+            legs = ciborium::from_reader(&bytes[..]).expect("the same legs");
+        }
+        let mut keep = |row| {
+            rows.push(row);
+            ControlFlow::Continue(())
+        };
+        legs.advance(problem, row, steps, &mut keep, &Silent).expect("a leg");
+    }
+    assert_eq!(count, 5, "the motor of the drive is a second degree of freedom");
+    (rows, legs.ending)
+}
+
+#[test]
+fn legs_go_on_from_what_was_kept_to_the_bit() {
+    let problem = problem();
+    for name in ["moddg", "adaptive-dop853"] {
+        let row = find(name).expect("a method");
+        let [(alone, ending), (resumed, _)] =
+            [false, true].map(|kept| in_legs(&problem, row, kept));
+        assert!(ending.is_completed(), "{ending:?}");
+        assert_eq!(format!("{alone:?}"), format!("{resumed:?}"));
+        let numbers: Vec<u64> = alone.iter().map(|row| row.step).collect();
+        let expected: Vec<u64> = (0..=314).map(|n| 7001 * n).chain([2_200_000]).collect();
+        assert_eq!(numbers, expected, "{name}");
+        assert!(alone.iter().all(|row| row.t == row.step as f64 * STEP));
+        let first = alone[0].total;
+        let off = alone.iter().map(|row| (row.total - first).abs()).fold(0.0, f64::max);
+        assert!(name != "moddg" || off < 1e-10, "K is off by {off:e}");
+    }
+}
+
+#[test]
+fn w_does_not_depend_on_the_states_that_are_kept() {
+    let problem = problem();
+    let row = find("moddg").expect("a method");
+    let end = |every| {
+        let runs = run(&problem, &[row], STEP, every, &Silent).expect("runs");
+        format!("{:?}", runs[0].rows.last())
+    };
+    assert_eq!(end(7001), end(100_000));
+}
+
+#[test]
+fn a_run_that_fails_in_a_later_leg_names_its_step() {
+    let model = Model::named(&DUFFING, [("alpha", -1e-7)]).expect("a system");
+    let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 2e7 };
+    let row = find("rk4").expect("a method");
+    let found = run(&problem, &[row], 1.0, 1000, &Silent).expect("a run");
+    let [run] = &found[..] else { panic!("one run") };
+    assert_eq!(run.ending.outcome, "not-finite", "{:?}", run.ending);
+    let last = run.rows.last().expect("rows").step;
+    assert!(last > 1 << 20, "{last}");
+    let named = format!("step {}", last + 1);
+    let said = run.ending.failure.as_deref().unwrap_or_default();
+    assert!(said.contains(&named), "{said}: {named}");
+}
+
+/// Asks to stop after it was asked so many times.
+struct After(AtomicU64);
+
+impl Progress for After {
+    fn begin(&self, _stage: &str, _total: usize) {}
+
+    fn advance(&self) {}
+
+    fn stopped(&self) -> bool {
+        self.0.fetch_sub(1, Ordering::Relaxed) == 0
+    }
+}
+
+/// A drive that jumps 3e8 times until the next state that is kept.
+#[test]
+fn a_run_that_chooses_its_steps_ends_between_two_states() {
+    let forces = vec!["sign(sin(1e9*t))".to_owned()];
+    let description = DriveDescription { forces, ..DriveDescription::default() };
+    let (drive, _) = CustomDrive::new(&description, 1).expect("a drive");
+    let model = Model::named(&DUFFING, []).expect("a system");
+    let model = Model::Driven(Box::new(model), drive);
+    let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 2.0 };
+    let row = find("adaptive-dop853").expect("a method");
+    let mut legs = Legs::new(&problem, row).expect("a start");
+    let steps = Steps { h: 1.0, every: 1, tolerance: 1e-6 };
+    let mut rows = 0;
+    let mut keep = |_| {
+        rows += 1;
+        ControlFlow::Continue(())
+    };
+    let after = After(AtomicU64::new(100));
+    legs.advance(&problem, row, steps, &mut keep, &after).expect("a leg");
+    assert!(legs.has_ended());
+    assert_eq!((legs.ending.outcome, legs.done(), rows), (INTERRUPTED, 0, 1));
+}
