@@ -180,6 +180,33 @@ fn a_branch_leads_from_one_cycle_to_another() {
     close("amplitude", last.amplitude[0], exact[1], 1e-8);
 }
 
+/// The cycles of q'' - (μ - q²) q' + q = 0 begin at the Hopf bifurcation μ = 0.
+#[test]
+fn a_branch_ends_where_its_cycles_shrink_to_rest() {
+    let system = "name = \"custom\"\npotential = \"q1^2/2\"\ndissipation = [\"-(mu - q1^2)*p1\"]\n\
+                  parameters = { mu = 0.5 }";
+    let study = branch(study(problem(system, "", [1.0, 0.0]), 60.0), "mu", [0.5, -0.3], 0);
+    for (row, shift) in [(&REFERENCE, 1e-8), (row("rk4"), 1e-4)] {
+        let found = study.run(row, 0.3, &Silent).unwrap();
+        assert_eq!(found.ending.outcome, "shrinks-to-rest", "{:?}", found.ending);
+        assert!(found.points.iter().all(|point| point.event.is_none()), "{}", row.name);
+        let last = &found.points.last().unwrap().cycle;
+        close("μ", last.value.unwrap(), 0.0, shift);
+        assert!(last.amplitude[0] < 2e-5, "{}", last.amplitude[0]);
+    }
+}
+
+/// A force that vanishes leaves cycles as small as it is, and no bifurcation.
+#[test]
+fn a_branch_goes_on_where_its_cycles_shrink_with_a_force() {
+    let drive = "[drive]\nforce = [\"f*cos(1.3*t)\"]\nparameters = { f = 1.0 }";
+    let study = branch(study(oscillator(0.3, drive), 100.0), "f", [1.0, 1e-7], 0);
+    let found = study.run(&REFERENCE, 0.1, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?}", found.ending);
+    let exact = 1e-7 / f64::hypot(1.0 - 1.69, 0.39);
+    close("amplitude", found.points.last().unwrap().cycle.amplitude[0], exact, 1e-12);
+}
+
 /// With D = ε (c - q² + q⁴) p the amplitude satisfies c - A²/4 + A⁴/8 = 0 as ε → 0: two cycles meet
 /// at c = 1/8, A = 1.
 #[test]

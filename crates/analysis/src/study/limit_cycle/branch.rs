@@ -39,6 +39,11 @@ const MOST_POINTS: usize = 5_000;
 const ALPHA: f64 = 2.5;
 /// The factor by which the size of an unknown may change before it is measured anew.
 const RESCALED: f64 = 4.0;
+/// A cycle below the second share of its largest size on the branch has shrunk to rest if the
+/// parameter has changed by less than a share of its range since the first. At a Hopf bifurcation it
+/// changes like the square of the size; where a force vanishes, like the size.
+const SHRUNK: [f64; 2] = [1e-4, 1e-5];
+const UNCHANGED: f64 = 1e-6;
 /// The value of a test function that counts as 0, relative to those between which it is.
 const LOCATED: f64 = 1e-10;
 
@@ -79,7 +84,17 @@ impl Branch {
         toward[x.len() - 1] = along;
         let at = Place::new(&shooting, x, image, &toward)?;
         points.push(Point { cycle: at.cycle.clone(), event: None });
-        let mut walk = Walk { branch: self, h, shooting, at, longest: LONGEST, fresh: false };
+        let (largest, small_from) = (shooting.scales.clone(), None);
+        let mut walk = Walk {
+            branch: self,
+            h,
+            shooting,
+            at,
+            longest: LONGEST,
+            fresh: false,
+            largest,
+            small_from,
+        };
         for doublings in 1.. {
             let goes = walk.advance(points, self.doublings > 0)?;
             if goes == Goes::Ends || doublings == self.doublings {
@@ -158,6 +173,10 @@ struct Walk<'a> {
     /// Whether the branch begins here at another one, so that a multiplier is 1 and the test
     /// functions have no sign yet.
     fresh: bool,
+    /// The largest sizes of q and p so far.
+    largest: Vec<f64>,
+    /// The value of the parameter from which the cycle is smaller than the first share of them.
+    small_from: Option<f64>,
 }
 
 impl Walk<'_> {
@@ -204,7 +223,13 @@ impl Walk<'_> {
             }
             points.push(Point { cycle: next.cycle.clone(), event: None });
             (self.at, self.fresh) = (next, false);
-            self.rescale();
+            let Place { x, image, .. } = &self.at;
+            let scales = scales_of(&image.path, &image.monodromy, x);
+            if self.has_shrunk_to_rest(&scales) {
+                let value = self.at.x[self.at.x.len() - 1];
+                return Err(CycleFailure::ShrinksToRest { value });
+            }
+            self.rescale(&scales);
             if limit.is_some() {
                 return Ok(Goes::Ends);
             }
@@ -216,11 +241,29 @@ impl Walk<'_> {
         }
     }
 
-    /// Measures q and p by the present cycle, if it differs much in size from the one before.
-    fn rescale(&mut self) {
+    /// Whether the branch ends in a state of rest: the cycle shrinks on and on at one value of the
+    /// parameter.
+    fn has_shrunk_to_rest(&mut self, scales: &[f64]) -> bool {
+        let mut share = 0.0_f64;
+        for (largest, &scale) in self.largest.iter_mut().zip(scales).take(self.shooting.size()) {
+            *largest = largest.max(scale);
+            share = share.max(scale / *largest);
+        }
+        let value = self.at.x[self.at.x.len() - 1];
+        if share > SHRUNK[0] {
+            self.small_from = None;
+            return false;
+        }
+        let from = *self.small_from.get_or_insert(value);
+        share < SHRUNK[1]
+            && (value - from).abs() < UNCHANGED * (self.branch.to - self.branch.from).abs()
+    }
+
+    /// Measures q and p by the present cycle of these sizes, if it differs much in size from the one
+    /// before.
+    fn rescale(&mut self, scales: &[f64]) {
         let Self { shooting, at, .. } = self;
         let size = shooting.size();
-        let scales = scales_of(&at.image.path, &at.image.monodromy, &at.x);
         let factors = scales.iter().zip(&shooting.scales).map(|(new, old)| new / old);
         let factors: Vec<f64> = factors.take(size).collect();
         if factors.iter().all(|factor| (1.0 / RESCALED..=RESCALED).contains(factor)) {

@@ -77,6 +77,15 @@ pub enum CycleFailure {
         /// The least singular value of the equations over the largest.
         ratio: f64,
     },
+    /// The cycles of a branch shrink to a state of rest.
+    #[error(
+        "the cycle shrinks to a state of rest at {value:?}, where the branch ends, as at a Hopf \
+         bifurcation: end it before"
+    )]
+    ShrinksToRest {
+        /// The value of the parameter.
+        value: f64,
+    },
     /// The branch does not end.
     #[error("the branch does not end within {limit} cycles: end it at a nearer value")]
     TooManyCycles {
@@ -108,6 +117,7 @@ impl CycleFailure {
             Self::NoReturn { .. } | Self::NoPeriod { .. } => "no-return",
             Self::NotConverged { .. } | Self::PeriodLost { .. } => "not-converged",
             Self::NotIsolated { .. } => "not-isolated",
+            Self::ShrinksToRest { .. } => "shrinks-to-rest",
             Self::TooManyCycles { .. } => "too-many-cycles",
             Self::NoMultipliers => "no-multipliers",
         };
