@@ -82,7 +82,9 @@ impl<V: Vector> Workspace<V> {
                 scale = scale.max(start.as_slice()[j].abs().to_f64() + y.abs().to_f64());
                 *dz = y;
             }
-            let share = if moved.0 == 0.0 { 0.0 } else { moved.0 / scale };
+            // Numbers near underflow are rounded by up to the least normal number.
+            let least = f64::MIN_POSITIVE / V::Scalar::EPSILON;
+            let share = if moved.0 == 0.0 { 0.0 } else { moved.0 / (scale + least) };
             if share > most.0 || share.is_nan() {
                 most = (share, moved.0, moved.1);
             }

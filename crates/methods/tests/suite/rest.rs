@@ -1,8 +1,8 @@
 //! Damped motion that approaches an equilibrium away from the origin, where forces are differences
 //! of large terms.
 
-use crate::catalog::{As, Built, duffing, written};
-use afterbay_core::{Grid, State, Tolerance};
+use crate::catalog::{As, Built, duffing, oscillator, written};
+use afterbay_core::{Grid, State, StateRef, Tolerance};
 use afterbay_methods::registry::{self, FIXED, Needs, Setting};
 use afterbay_systems::{Description, DissipationText};
 use std::ops::ControlFlow;
@@ -68,11 +68,12 @@ fn comes_to_rest((system, form): (&Built, As), start: &State<Vec<f64>>, rest: &[
         }
         let times: Vec<f64> = (0..200).map(|i| 0.5 * f64::from(i)).collect();
         let (mut state, mut off) = (start.clone(), 0.0_f64);
+        let mut look = |_: u64, state: StateRef<'_, f64>| {
+            off = off.max((state.total(&**system) - total).abs());
+            ControlFlow::Continue(())
+        };
         let seen =
-            within.sample(&Tolerance::all(tolerance), &times, &mut state, &mut |_, state| {
-                off = off.max((state.total(&**system) - total).abs());
-                ControlFlow::Continue(())
-            });
+            within.sample(&Tolerance::all(tolerance), &times, &mut state, &mut look, &mut || false);
         assert!(
             seen.is_ok() && off < 1e-11,
             "{}, {tolerance}: K is off by {off:e}, {seen:?}",
@@ -96,4 +97,23 @@ fn of_a_bond() {
     let start = State::new(vec![2.6, 2.0], vec![0.5, 0.2]).unwrap();
     comes_to_rest((&system, As::Separable), &start, &[2.0, 3.0]);
     assert_eq!(system.dof(), 2);
+}
+
+/// Runs in which H becomes less than the least number, while w keeps nearly all of K.
+#[test]
+fn motion_that_decays_below_the_least_number_goes_on() {
+    let start = State::new(vec![1.0], vec![0.0]).unwrap();
+    for (system, form) in
+        [(oscillator(1.0, 1.0), As::Linear), (duffing(1.0, 0.5, 1.0), As::Nonlinear)]
+    {
+        let total = start.total(&*system);
+        for row in FIXED.iter().filter(|row| row.poles().is_empty()) {
+            let Ok(run) = system.bind::<f64>(row, form) else { continue };
+            let (mut state, grid) = (start.clone(), Grid::new(0.1, 2000.0).unwrap());
+            let done = run.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()));
+            assert!(done.is_ok(), "{}: {done:?}", row.name);
+            let off = (state.total(&*system) - total).abs();
+            assert!(!row.keeps_k || off < 1e-13, "{}: K is off by {off:e}", row.name);
+        }
+    }
 }
