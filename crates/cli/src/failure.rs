@@ -274,7 +274,8 @@ fn journal_help(error: &JournalError) -> &'static str {
             "go on with --resume, or compute all cells again with --force"
         }
         JournalError::Foreign { .. } | JournalError::NoHeader { .. } => {
-            "give another folder with --out DIR, or overwrite those results with --force"
+            "take a folder of one scene: give another with --out DIR, or overwrite all parts of \
+             this one by `afterbay run` or `study` with --force and without --shard"
         }
         JournalError::Nothing { .. } => "give the folder --out of `afterbay study --shard K/N`",
         JournalError::Scene { .. } => "compute the study anew with --force",

@@ -48,13 +48,9 @@ fn main() -> ExitCode {
             table::json(&afterbay_experiments::scene::schema()).map(|()| ExitCode::SUCCESS)
         }
         Command::Completions { shell } => {
-            clap_complete::generate(
-                shell,
-                &mut Arguments::command(),
-                "afterbay",
-                &mut std::io::stdout(),
-            );
-            Ok(ExitCode::SUCCESS)
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "afterbay", &mut script);
+            table::bytes(&script).map(|()| ExitCode::SUCCESS)
         }
         Command::List { what } => list::run(what, format),
     });
@@ -64,7 +60,7 @@ fn main() -> ExitCode {
             // A failure to print has nowhere to go but the exit code.
             let _ = (format == Format::Json).then(|| table::json(&failure.json()));
             let code = failure.exit_code();
-            eprintln!("{:?}", miette::Report::new(*failure.diagnostic));
+            table::aside(&format!("{:?}", miette::Report::new(*failure.diagnostic)));
             code
         }
     }

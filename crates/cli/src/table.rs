@@ -138,6 +138,17 @@ pub(crate) fn line(text: &str) -> Result<(), Failure> {
     not_closed(writeln!(io::stdout(), "{text}"))
 }
 
+/// Prints bytes as they are.
+pub(crate) fn bytes(bytes: &[u8]) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    not_closed(out.write_all(bytes).and_then(|()| out.flush()))
+}
+
+/// Prints lines on stderr. Where that fails there is nowhere left to say so.
+pub(crate) fn aside(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
 /// A closed pipe is not an error.
 fn not_closed(written: io::Result<()>) -> Result<(), Failure> {
     match written {

@@ -24,7 +24,7 @@ pub use shard::Shard;
 use crate::scene::{Scene, Task};
 use afterbay_analysis::rows::Shelf;
 use afterbay_analysis::study::cell::Cell;
-use folder::{files, forget, held, keep_scene, kept_scene, lock};
+use folder::{files, forget, forget_scenes, held, keep_scene, kept_scene, lock};
 use line::{Content, Line};
 use std::collections::{HashMap, HashSet};
 use std::fs::{File, OpenOptions};
@@ -97,7 +97,14 @@ impl Journal {
         let own: HashSet<String> = shard.cells(plan).map(|cell| cell.key.clone()).collect();
         let mut found = Found::default();
         if start != Start::Force {
-            found.read(&parts, &header)?;
+            found.read(&parts, &header, None)?;
+        } else if !whole {
+            // The parts of other commands stay, and are joined with this one.
+            let mut others = Found::default();
+            others.read(&parts, &header, Some(&path))?;
+            if others.lengths.values().all(|&length| length == 0) {
+                forget_scenes(&parts)?;
+            }
         }
         let done = own.iter().filter(|key| found.cells.contains_key(*key)).count();
         let mut begin = start == Start::Force;
@@ -145,12 +152,16 @@ impl Journal {
         }
         let lock = lock(&parts, false)?;
         let scene = kept_scene(&parts)?.ok_or_else(nothing)?;
-        let first = files(&parts, "jsonl")?.into_iter().next().ok_or_else(nothing)?;
-        let header = Content::read(&first)?.header.ok_or_else(nothing)?;
+        let mut header = None;
+        for path in files(&parts, "jsonl")? {
+            // A command that was refused, or killed at its start, leaves an empty journal.
+            header = header.or(Content::read(&path)?.header);
+        }
+        let header = header.ok_or_else(nothing)?;
         let header = Header { scene: scene.hash(), ..header };
         let expected = Header::new(header.task, &header.scene);
         let mut found = Found::default();
-        found.read(&parts, &Header { features: header.features.clone(), ..expected })?;
+        found.read(&parts, &Header { features: header.features.clone(), ..expected }, None)?;
         let Found { cells: found, damaged, mixed, .. } = found;
         let reused = found.keys().filter(|key| under_way(key).is_none()).count();
         let (own, shelf) = (HashSet::new(), Shelf::new(&parts, ""));
@@ -211,9 +222,15 @@ struct Found {
 }
 
 impl Found {
-    /// Reads all journals and refuses those of another scene, command or version.
-    fn read(&mut self, parts: &Path, header: &Header) -> Result<(), JournalError> {
-        for path in files(parts, "jsonl")? {
+    /// Reads all journals but one, and refuses those of another scene, command or version.
+    fn read(
+        &mut self,
+        parts: &Path,
+        header: &Header,
+        except: Option<&Path>,
+    ) -> Result<(), JournalError> {
+        let all = files(parts, "jsonl")?.into_iter();
+        for path in all.filter(|path| Some(path.as_path()) != except) {
             let content = Content::read(&path)?;
             self.lengths.insert(path.clone(), content.length);
             let Some(theirs) = content.header else { continue };

@@ -168,7 +168,13 @@ fn shards_give_the_tables_of_one_command() {
     {
         let place = Place::new(scene);
         place.run(task, "alone", &[]);
-        for shard in ["2/3", "3/3", "1/3"] {
+        place.run(task, "shared", &["--shard", "2/3"]);
+        if scene == AUTONOMOUS {
+            // A command that is refused leaves nothing that the others stumble over.
+            let (code, _, stderr) = done(&mut place.command(task, "shared", &[]));
+            assert!(code == Some(5) && stderr.contains("unfinished work"), "{stderr}");
+        }
+        for shard in ["3/3", "1/3"] {
             place.run(task, "shared", &["--shard", shard]);
         }
         let (code, _, stderr) = place.merge("shared");
@@ -205,6 +211,27 @@ fn a_plan_has_each_cell_once_and_shards_divide_it() {
         }
         assert_eq!(found as usize, keys.len());
     }
+}
+
+/// Parts of two scenes cannot be joined, so that none is added to those of another scene.
+#[test]
+fn a_forced_share_takes_the_place_of_its_own_part_alone() {
+    let place = Place::new(SWEEP);
+    let share = |scene: &str, shard: &str| {
+        std::fs::write(place.path("scene.toml"), scene).expect("a scene");
+        let more = ["--force", "--shard", shard];
+        let (code, _, stderr) = done(&mut place.command("study", "out", &more));
+        (code, stderr)
+    };
+    let other = SWEEP.replace("0.4]", "0.5]");
+    assert_eq!(share(SWEEP, "1/2").0, Some(0));
+    let (code, said) = share(&other, "2/2");
+    assert!(code == Some(5) && said.contains("another scene"), "{code:?} {said}");
+    for shard in ["1/2", "2/2"] {
+        assert_eq!(share(&other, shard).0, Some(0), "{shard}");
+    }
+    let (code, _, stderr) = place.merge("out");
+    assert!(matches!(code, Some(0 | 4)), "{stderr}");
 }
 
 /// A journal cut at any byte: the torn line is dropped and its cell is computed again.
@@ -352,4 +379,15 @@ fn a_full_disk_ends_with_5_and_tears_nothing() {
     assert!(stderr.contains("parts"), "{stderr}");
     place.run("study", "full", &["--resume"]);
     assert_eq!(place.tables("full"), place.tables("whole"));
+}
+
+/// What cannot be printed ends with 5, and a failure keeps its code where it cannot be told.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_stream_without_room_is_no_panic() {
+    let full = || std::fs::File::options().write(true).open("/dev/full").expect("a device");
+    let mut completions = afterbay(&["completions", "bash"]);
+    let code = |command: &mut std::process::Command| command.status().expect("it is run").code();
+    assert_eq!(code(completions.stdout(full()).stderr(std::process::Stdio::null())), Some(5));
+    assert_eq!(code(afterbay(&["check", "no-such-scene.toml"]).stderr(full())), Some(3));
 }

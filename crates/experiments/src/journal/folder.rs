@@ -36,6 +36,14 @@ pub(super) fn forget(parts: &Path) -> Result<(), JournalError> {
     Ok(())
 }
 
+/// Removes the scenes of a folder.
+pub(super) fn forget_scenes(parts: &Path) -> Result<(), JournalError> {
+    for path in files(parts, "toml")? {
+        std::fs::remove_file(&path).map_err(JournalError::file(&path))?;
+    }
+    Ok(())
+}
+
 /// Stores the scene with all files it names, for a merge.
 pub(super) fn keep_scene(parts: &Path, scene: &Scene) -> Result<(), JournalError> {
     // A scene without a title is called by its file.
