@@ -316,7 +316,7 @@ pub enum StorageError {
     },
     /// A file has the name of a result, and there is no record of afterbay beside it.
     #[error(
-        "{} is not overwritten, as there is no run.json of afterbay beside it: move it",
+        "{} is not overwritten, as no run.json beside it says that afterbay wrote it: move it",
         path.display()
     )]
     Foreign {

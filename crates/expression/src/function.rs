@@ -111,9 +111,12 @@ impl Graph {
         }
     }
 
-    /// The remainder of a by b, between 0 and b.
+    /// The remainder of a by b, between 0 and b; a/b for b = 0, which is not finite.
     pub fn remainder(&mut self, a: Node, b: Node) -> Node {
         let quotient = self.quotient(a, b);
+        if self.is_zero(b) {
+            return quotient;
+        }
         let fraction = self.of(Function::Fraction, quotient);
         self.product(b, fraction)
     }

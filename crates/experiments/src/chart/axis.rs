@@ -193,7 +193,7 @@ fn between_decades(lo: f64, hi: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The smallest number that is 1, 2 or 5 times a power of ten and not below `step`.
+/// The smallest normal number that is 1, 2 or 5 times a power of ten and not below `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
     [1.0, 2.0, 5.0]
@@ -201,6 +201,7 @@ fn round_step(step: f64) -> f64 {
         .map(|m| m * power)
         .find(|s| *s >= step * 0.999)
         .unwrap_or(10.0 * power)
+        .max(f64::MIN_POSITIVE)
 }
 
 /// The label of a tick on a linear axis, with as many digits as `step` requires.
@@ -279,6 +280,13 @@ mod tests {
         assert_eq!(label(1e308), ["4.49×10³⁰⁷", "8.99×10³⁰⁷", "1.8×10³⁰⁸"]);
         assert_eq!(label(5e-324).len(), 3);
         assert_eq!([-400.0, -5.0, 309.0].map(power_of_ten), ["1×10⁻⁴⁰⁰", "1×10⁻⁵", "1×10³⁰⁹"]);
+    }
+
+    #[test]
+    fn a_linear_axis_of_the_least_numbers_has_labels() {
+        for end in [5e-324, 1e-320, 1e-308] {
+            assert!(labels(&Axis::linear("t").span([0.0, end].into_iter())).len() < 10, "{end:e}");
+        }
     }
 
     #[test]

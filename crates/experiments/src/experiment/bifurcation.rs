@@ -62,7 +62,8 @@ fn sheet(
 fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
     let study = &plan.study;
     let begin = if study.follow {
-        "Each run begins where that of the value before ended, once upwards and once downwards."
+        "Each run begins where that of the value before ended, once upwards and once downwards; \
+         after one that fails, grows or does not come back to the section, at the initial state."
     } else {
         "Each run begins at the initial state."
     };

@@ -26,6 +26,7 @@ pub(crate) fn grows(fit: &Fit) -> &'static str {
     }
     match (may_be(0.5), may_be(1.0)) {
         (true, true) => "like √t or like t",
+        (true, false) if may_be(0.0) => "like √t, or not at all",
         (true, false) => "like √t",
         (false, true) => "like t",
         (false, false) if fit.slope < 0.5 => "slower than √t",
@@ -85,5 +86,7 @@ mod tests {
         let said = |slope| grows(&Fit { slope, margin: Some(0.1), points: 9 });
         assert_eq!([-1.07, -0.3, 0.05].map(said), [NOT_GROWING; 3]);
         assert_eq!([0.3, 0.5, 1.0].map(said), ["slower than √t", "like √t", "like t"]);
+        let unsure = grows(&Fit { slope: 0.34, margin: Some(0.36), points: 9 });
+        assert_eq!(unsure, "like √t, or not at all");
     }
 }

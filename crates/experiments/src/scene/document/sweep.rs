@@ -22,7 +22,11 @@ pub struct SweepTable {
 
 /// The values of one thing that is varied.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "values are expected here: a list of numbers, { from, to, count }, \
+                 { uniform = [low, high] } or { normal = [mean, deviation] }"
+)]
 pub enum Varied {
     /// A list of values.
     List(Vec<f64>),

@@ -31,6 +31,9 @@ impl Planner<'_> {
         self.steps_fit(&base, grid.steps as f64 * (methods.len() * steps.len()) as f64)?;
         // The exact solution is stored along the grid.
         self.table_fits(&base, grid.steps, 3 * self.problem.model.dof() + 1)?;
+        if steps.len() == 1 {
+            return self.refuse(&format!("{path}.steps"), SceneProblem::OneStep);
+        }
         Ok(Some(LocalOrderPlan { methods, study: LocalOrder { base_step, steps } }))
     }
 

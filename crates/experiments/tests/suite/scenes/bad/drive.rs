@@ -48,6 +48,13 @@ pub(super) const CHANGES: &[Change] = &[
         "",
     ),
     ("cos(omega*t)", "cos(w0*t)", "w0", "w0", ""),
+    (
+        "cos(omega*t)",
+        "cos(omega*mod(t, 0))",
+        "mod(t, 0)",
+        "this is NaN in force 1 of the drive",
+        "",
+    ),
     ("cos(omega*t)", "cos(omega*t) + p1", "p1", "a force of the drive is made of", ""),
     ("cos(omega*t)", "cos(omega*t) + q2", "q2", "q2", ""),
     (

@@ -79,6 +79,20 @@ pub(super) const CHANGES: &[Change] = &[
         "the event wall changes the state: neither a study nor `pick` follows it",
         "leave the event out",
     ),
+    (
+        "steps = [0.02, 0.01]",
+        "steps = [0.02]",
+        "steps = [0.02]",
+        "an order needs two steps at least",
+        "steps = [0.1, 0.05]",
+    ),
+    (
+        "[study.local-order]",
+        "[sweep]\nvary.b = { normal = [0.1] }\n[study.local-order]",
+        "{ normal = [0.1] }",
+        "{ normal = [mean, deviation] }",
+        "",
+    ),
     // Systems and their parameters.
     (
         "\"damped-oscillator\"",
