@@ -35,7 +35,7 @@ pub(crate) fn listen() {
 pub(crate) fn stopped() -> bool {
     let stopped = signal().is_some();
     if stopped && !TOLD.swap(true, Ordering::Relaxed) {
-        crate::table::aside("Stopping; interrupt once more to stop at once.");
+        crate::table::message("Stopping; interrupt once more to stop at once.");
     }
     stopped
 }

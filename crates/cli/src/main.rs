@@ -60,7 +60,7 @@ fn main() -> ExitCode {
             // A failure to print has nowhere to go but the exit code.
             let _ = (format == Format::Json).then(|| table::json(&failure.json()));
             let code = failure.exit_code();
-            table::aside(&format!("{:?}", miette::Report::new(*failure.diagnostic)));
+            table::message(&format!("{:?}", miette::Report::new(*failure.diagnostic)));
             code
         }
     }

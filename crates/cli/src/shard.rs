@@ -86,13 +86,13 @@ pub(crate) fn show(scene: &Scene, cells: &Cells<'_>, format: Format) -> Result<E
 pub(crate) fn warn(journal: &Journal) {
     if journal.damaged > 0 {
         let (lines, are) = if journal.damaged == 1 { ("line", "is") } else { ("lines", "are") };
-        table::aside(&format!(
+        table::message(&format!(
             "{} {lines} of the journals {are} not whole and left out.",
             journal.damaged
         ));
     }
     if journal.mixed {
-        table::aside(
+        table::message(
             "Some cells come from processors with other features: last digits may differ from \
              those of one machine.",
         );

@@ -1,4 +1,4 @@
-//! Text, tables and JSON on stdout. Text is as wide as the terminal.
+//! Text, tables and JSON on stdout, as wide as the terminal, and messages on stderr.
 
 use crate::failure::Failure;
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, Width, presets};
@@ -144,8 +144,8 @@ pub(crate) fn bytes(bytes: &[u8]) -> Result<(), Failure> {
     not_closed(out.write_all(bytes).and_then(|()| out.flush()))
 }
 
-/// Prints lines on stderr. Where that fails there is nowhere left to say so.
-pub(crate) fn aside(text: &str) {
+/// Prints a message on stderr. If that fails, nothing is left to report it on.
+pub(crate) fn message(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 

@@ -24,7 +24,7 @@ pub use shard::Shard;
 use crate::scene::{Scene, Task};
 use afterbay_analysis::rows::Shelf;
 use afterbay_analysis::study::cell::Cell;
-use folder::{files, forget, forget_scenes, held, keep_scene, kept_scene, lock};
+use folder::{files, forget, held, keep_scene, kept_scene, lock, remove};
 use line::{Content, Line};
 use std::collections::{HashMap, HashSet};
 use std::fs::{File, OpenOptions};
@@ -103,7 +103,7 @@ impl Journal {
             let mut others = Found::default();
             others.read(&parts, &header, Some(&path))?;
             if others.lengths.values().all(|&length| length == 0) {
-                forget_scenes(&parts)?;
+                remove(&parts, "toml")?;
             }
         }
         let done = own.iter().filter(|key| found.cells.contains_key(*key)).count();

@@ -1,7 +1,7 @@
 //! A computation that is asked to stop.
 
 use afterbay_analysis::progress::Progress;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 /// Counts the pieces done, and asks to stop after a number of them.
 pub(crate) struct After(pub(crate) AtomicUsize, pub(crate) usize);
@@ -13,5 +13,16 @@ impl Progress for After {
     }
     fn stopped(&self) -> bool {
         self.0.load(Ordering::Relaxed) >= self.1
+    }
+}
+
+/// Asks to stop after it was asked so many times.
+pub(crate) struct AfterAsked(pub(crate) AtomicU64);
+
+impl Progress for AfterAsked {
+    fn begin(&self, _stage: &str, _total: usize) {}
+    fn advance(&self) {}
+    fn stopped(&self) -> bool {
+        self.0.fetch_sub(1, Ordering::Relaxed) == 0
     }
 }

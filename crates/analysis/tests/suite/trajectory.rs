@@ -1,14 +1,15 @@
 //! Trajectories in legs.
 
+use crate::after::AfterAsked;
 use afterbay_analysis::Model;
-use afterbay_analysis::progress::{Progress, Silent};
+use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
 use afterbay_analysis::study::trajectory::{Legs, Steps, TrajectoryRow, run};
 use afterbay_methods::registry::{Row, find};
 use afterbay_systems::{CustomDrive, DUFFING, DriveDescription};
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 
 const STEP: f64 = 0.01;
 
@@ -91,19 +92,6 @@ fn a_run_that_fails_in_a_later_leg_names_its_step() {
     assert!(said.contains(&named), "{said}: {named}");
 }
 
-/// Asks to stop after it was asked so many times.
-struct After(AtomicU64);
-
-impl Progress for After {
-    fn begin(&self, _stage: &str, _total: usize) {}
-
-    fn advance(&self) {}
-
-    fn stopped(&self) -> bool {
-        self.0.fetch_sub(1, Ordering::Relaxed) == 0
-    }
-}
-
 /// A drive that jumps 3e8 times until the next state that is kept.
 #[test]
 fn a_run_that_chooses_its_steps_ends_between_two_states() {
@@ -121,7 +109,7 @@ fn a_run_that_chooses_its_steps_ends_between_two_states() {
         rows += 1;
         ControlFlow::Continue(())
     };
-    let after = After(AtomicU64::new(100));
+    let after = AfterAsked(AtomicU64::new(100));
     legs.advance(&problem, row, steps, &mut keep, &after).expect("a leg");
     assert!(legs.has_ended());
     assert_eq!((legs.ending.outcome, legs.done(), rows), (INTERRUPTED, 0, 1));

@@ -225,14 +225,17 @@ fn numbers(Run { shown, last }: &Run) -> Vec<(String, String, f64)> {
     numbers
 }
 
+/// An energy with six decimals, or with seven digits and an exponent if it is small or large.
+fn energy(x: f64) -> String {
+    match x.abs() {
+        size if size == 0.0 || (1e-3..1e9).contains(&size) => format!("{x:.6}"),
+        _ => format!("{x:.6e}"),
+    }
+}
+
 /// The end of a run.
 fn cells(Run { shown, last }: &Run, is_driven: bool) -> Vec<String> {
     let mut cells = vec![shown.method.into(), shown.ending.describe()];
-    // Where six decimals show too little or too many digits, an exponent takes their place.
-    let energy = |x: f64| match x.abs() {
-        size if size == 0.0 || (1e-3..1e9).contains(&size) => format!("{x:.6}"),
-        _ => format!("{x:.6e}"),
-    };
     if let Some(row) = last {
         cells.extend([row.step.to_string(), row.t.to_string(), energy(row.energy)]);
         cells.push(energy(row.w.iter().sum()));

@@ -23,22 +23,18 @@ pub(super) fn files(parts: &Path, extension: &str) -> Result<Vec<PathBuf>, Journ
 
 /// Removes all journals, rows and scenes of a folder, but not the locks.
 pub(super) fn forget(parts: &Path) -> Result<(), JournalError> {
-    for extension in ["jsonl", "toml", "rows"] {
-        for path in files(parts, extension)? {
-            // The journal of this command is open and locked: it is emptied instead.
-            let forgotten = match extension {
-                "jsonl" => OpenOptions::new().write(true).truncate(true).open(&path).map(drop),
-                _ => std::fs::remove_file(&path),
-            };
-            forgotten.map_err(JournalError::file(&path))?;
-        }
+    for path in files(parts, "jsonl")? {
+        // The journal of this command is open and locked: it is emptied instead.
+        let emptied = OpenOptions::new().write(true).truncate(true).open(&path).map(drop);
+        emptied.map_err(JournalError::file(&path))?;
     }
-    Ok(())
+    remove(parts, "toml")?;
+    remove(parts, "rows")
 }
 
-/// Removes the scenes of a folder.
-pub(super) fn forget_scenes(parts: &Path) -> Result<(), JournalError> {
-    for path in files(parts, "toml")? {
+/// Removes the files of a folder with an extension.
+pub(super) fn remove(parts: &Path, extension: &str) -> Result<(), JournalError> {
+    for path in files(parts, extension)? {
         std::fs::remove_file(&path).map_err(JournalError::file(&path))?;
     }
     Ok(())

@@ -53,7 +53,8 @@ fn takes_a_step() -> InputError {
     InputError::Unsupported { method: UNNAMED, why: "it takes a step, not a tolerance" }
 }
 
-/// What receives the states of a run at given times, and what may end it between them.
+/// The observer of a run at given times: `show` receives the states, and `stops` may end the run
+/// between them.
 pub(super) struct Sampling<'a, T> {
     pub(super) show: Show<'a, T>,
     pub(super) stops: &'a mut dyn FnMut() -> bool,

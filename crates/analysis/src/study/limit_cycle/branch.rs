@@ -39,10 +39,12 @@ const MOST_POINTS: usize = 5_000;
 const ALPHA: f64 = 2.5;
 /// The factor by which the size of an unknown may change before it is measured anew.
 const RESCALED: f64 = 4.0;
-/// A cycle below the second share of its largest size on the branch has shrunk to rest if the
-/// parameter has changed by less than a share of its range since the first. At a Hopf bifurcation it
-/// changes like the square of the size; where a force vanishes, like the size.
-const SHRUNK: [f64; 2] = [1e-4, 1e-5];
+/// The shares of its largest size on the branch below which a cycle is small, and has shrunk.
+const SMALL: f64 = 1e-4;
+const SHRUNK: f64 = 1e-5;
+/// The share of its range by which the parameter changes less from a small cycle to one that has
+/// shrunk, if they shrink to rest. At a Hopf bifurcation it changes like the square of the size, and
+/// where a force vanishes like the size.
 const UNCHANGED: f64 = 1e-6;
 /// The value of a test function that counts as 0, relative to those between which it is.
 const LOCATED: f64 = 1e-10;
@@ -175,7 +177,7 @@ struct Walk<'a> {
     fresh: bool,
     /// The largest sizes of q and p so far.
     largest: Vec<f64>,
-    /// The value of the parameter from which the cycle is smaller than the first share of them.
+    /// The value of the parameter at the first of the small cycles, if the present one is small.
     small_from: Option<f64>,
 }
 
@@ -225,10 +227,7 @@ impl Walk<'_> {
             (self.at, self.fresh) = (next, false);
             let Place { x, image, .. } = &self.at;
             let scales = scales_of(&image.path, &image.monodromy, x);
-            if self.has_shrunk_to_rest(&scales) {
-                let value = self.at.x[self.at.x.len() - 1];
-                return Err(CycleFailure::ShrinksToRest { value });
-            }
+            self.refuse_rest(&scales)?;
             self.rescale(&scales);
             if limit.is_some() {
                 return Ok(Goes::Ends);
@@ -241,22 +240,25 @@ impl Walk<'_> {
         }
     }
 
-    /// Whether the branch ends in a state of rest: the cycle shrinks on and on at one value of the
-    /// parameter.
-    fn has_shrunk_to_rest(&mut self, scales: &[f64]) -> bool {
+    /// The failure at which the branch ends if its cycles, the last of these sizes, shrink on and on
+    /// at one value of the parameter.
+    fn refuse_rest(&mut self, scales: &[f64]) -> Result<(), CycleFailure> {
         let mut share = 0.0_f64;
         for (largest, &scale) in self.largest.iter_mut().zip(scales).take(self.shooting.size()) {
             *largest = largest.max(scale);
             share = share.max(scale / *largest);
         }
-        let value = self.at.x[self.at.x.len() - 1];
-        if share > SHRUNK[0] {
+        if share > SMALL {
             self.small_from = None;
-            return false;
+            return Ok(());
         }
+        let value = self.at.x[self.at.x.len() - 1];
         let from = *self.small_from.get_or_insert(value);
-        share < SHRUNK[1]
-            && (value - from).abs() < UNCHANGED * (self.branch.to - self.branch.from).abs()
+        let range = (self.branch.to - self.branch.from).abs();
+        if share < SHRUNK && (value - from).abs() < UNCHANGED * range {
+            return Err(CycleFailure::ShrinksToRest { value });
+        }
+        Ok(())
     }
 
     /// Measures q and p by the present cycle of these sizes, if it differs much in size from the one

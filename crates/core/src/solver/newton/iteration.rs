@@ -28,9 +28,9 @@ pub(super) fn iterate_to_rounding<T: Scalar, E: Equation<T>, const DIRECT: bool>
     equation: &mut E,
 ) -> Outcome<T> {
     // Lanes with an improvable inverse are where this iteration would have them, to the bit.
-    let (mut iteration, mut evaluations) = match pair.second {
-        Some((middle, second)) if DIRECT && pair.improvable.or(pair.done).all() => {
-            (Iteration::after(&pair, middle, second), 2)
+    let (mut iteration, mut evaluations) = match pair.second.zip(pair.points()) {
+        Some(((_, second), seen)) if DIRECT && pair.improvable.or(pair.done).all() => {
+            (Iteration::after(&pair, seen, second), 2)
         }
         _ => (Iteration::new(&pair), 0),
     };
@@ -108,19 +108,14 @@ impl<T: Scalar> Iteration<T> {
 
     /// The state after both corrections of an ordinary step.
     #[inline(always)]
-    fn after(pair: &TwoCorrections<T>, middle: T, second: Sample<T>) -> Self {
-        let (one, [before, residual]) = (T::one(), pair.residuals);
-        let (x, first) = pair.first;
+    fn after(pair: &TwoCorrections<T>, seen: [Point<T>; 2], second: Sample<T>) -> Self {
         let Correction { missing, .. } = pair.correction;
         Self {
             x: pair.end,
             inverse: pair.inverse,
             correction: pair.correction,
             inverse_error: missing * missing,
-            seen: [
-                Point { x, slope: one + first.slope, residual: before },
-                Point { x: middle, slope: one + second.slope, residual },
-            ],
+            seen,
             f: second,
             ..Self::new(pair)
         }

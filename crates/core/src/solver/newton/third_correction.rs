@@ -2,7 +2,7 @@
 
 use super::iteration::rises;
 use super::two_corrections::{Correction, TwoCorrections, rounding_of_solution};
-use super::{Equation, MOST_MISSING, Point, Root};
+use super::{Equation, MOST_MISSING, Root};
 use crate::numbers::{Mask, Scalar};
 use crate::solver::convergence::NOISE_ROUNDINGS;
 
@@ -16,21 +16,15 @@ impl<T: Scalar> TwoCorrections<T> {
         start: T,
         equation: &mut impl Equation<T>,
     ) -> Option<Root<T>> {
-        let (middle, second) = self.second?;
+        let ((_, second), seen) = (self.second?, self.points()?);
         if !self.improvable.or(self.done).all() {
             return None;
         }
         let one = T::one();
-        let (x, first) = self.first;
-        let [before, residual] = self.residuals;
         let Correction { previous, update, missing, .. } = self.correction;
         let scale = rounding_of_solution(start, second, self.inverse, self.end);
         let done = self.done.or(self.correction.next_is_rounding(scale));
         let floored_scale = scale + T::from_f64(f64::MIN_POSITIVE);
-        let seen = [
-            Point { x, slope: one + first.slope, residual: before },
-            Point { x: middle, slope: one + second.slope, residual },
-        ];
         let rise_noise = T::from_f64(T::EPSILON.sqrt() / T::EPSILON) * floored_scale;
         let rising = rises(seen, previous, rise_noise * seen[0].slope.abs());
         let update_noise = (T::from_f64(T::EPSILON) * second.value_rounding)

@@ -1,6 +1,6 @@
 //! Two evaluations and two corrections, which solve the equation of an ordinary step.
 
-use super::{Equation, Root, Sample, can_be_improved};
+use super::{Equation, Point, Root, Sample, can_be_improved};
 use crate::numbers::{Mask, Scalar};
 
 /// Two evaluations, or only the first, with the corrections computed from them.
@@ -45,6 +45,17 @@ impl<T: Scalar> TwoCorrections<T> {
     #[inline(always)]
     pub(super) fn root(&self) -> Root<T> {
         Root { x: self.end, evaluations: 2 }
+    }
+
+    /// The points of both evaluations; none of a single one.
+    #[inline(always)]
+    pub(super) fn points(&self) -> Option<[Point<T>; 2]> {
+        let (one, (x, first), (middle, second)) = (T::one(), self.first, self.second?);
+        let [before, residual] = self.residuals;
+        Some([
+            Point { x, slope: one + first.slope, residual: before },
+            Point { x: middle, slope: one + second.slope, residual },
+        ])
     }
 
     /// Marks lanes that are done at rest, where the first point is the solution and both

@@ -1,6 +1,6 @@
 //! Runs that are stopped and go on, with their states in files, and the sentence on all runs.
 
-use super::where_they_went;
+use super::{energy, where_they_went};
 use crate::claim::Readings;
 use crate::experiment::{perform, plan};
 use crate::journal::{Journal, Ledger, Shard, Start, checkpoint};
@@ -148,4 +148,10 @@ fn states_between_the_steps_of_a_tolerance_are_told_from_steps() {
     assert!(said("rk4").contains("it rises with rk4 1e-3. 1 of 1 runs"), "{}", said("rk4"));
     let between = said("adaptive-radau");
     assert!(between.contains("adaptive-radau 1e-3. Between two steps that follow"), "{between}");
+}
+
+#[test]
+fn energies_of_any_size_can_be_read() {
+    let shown = [0.0, -0.5, 123.25, 2e-7, -1e82].map(energy);
+    assert_eq!(shown, ["0.000000", "-0.500000", "123.250000", "2.000000e-7", "-1.000000e82"]);
 }
