@@ -6,6 +6,7 @@
 //! `afterbay-experiments` reads what to study from a scene and makes tables, charts and a report
 //! of the rows.
 
+pub mod columns;
 pub mod measured;
 mod model;
 mod observable;

@@ -8,7 +8,8 @@ mod column;
 mod read;
 mod write;
 
-pub use column::{Column, Kind};
+pub use afterbay_analysis::columns::Kind;
+pub use column::Column;
 pub(crate) use read::read;
 pub(crate) use write::write;
 

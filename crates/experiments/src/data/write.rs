@@ -1,9 +1,10 @@
 //! Tables written in a format, row by row: what is in memory does not depend on their length.
 
-use super::column::{Words, of_table};
+use super::column::Words;
 use super::{Column, DataError, DataFormat, Provenance, Sidecar};
 use crate::UnitsTable;
 use crate::record::{Artifact, Manifest};
+use afterbay_analysis::columns;
 use csv::StringRecord;
 use npyz::WriterBuilder;
 use serde::Serializer as _;
@@ -21,7 +22,10 @@ pub(crate) fn write(
     to: &mut impl Write,
 ) -> Result<Sidecar, DataError> {
     let units = serde_json::from_value::<UnitsTable>(manifest.scene["units"].clone());
-    let (mut columns, rows) = of_table(records(table.open()?), &units.unwrap_or_default())?;
+    let units = units.unwrap_or_default();
+    let (cells, rows) = columns::of_table(&mut table.open()?)?;
+    let mut columns: Vec<Column> =
+        cells.into_iter().map(|cells| Column::of(cells, &units)).collect();
     match format {
         DataFormat::Csv => {
             io::copy(&mut table.open()?, to)?;
@@ -65,9 +69,10 @@ fn lines(
 ) -> Result<(), DataError> {
     let mut record = StringRecord::new();
     while records.read_record(&mut record)? {
-        let entries = columns.iter().enumerate().map(|(at, column)| {
-            (&column.name, column.kind.value(record.get(at).unwrap_or_default()))
-        });
+        let entries = columns
+            .iter()
+            .enumerate()
+            .map(|(at, column)| (&column.name, column.value(record.get(at).unwrap_or_default())));
         serde_json::Serializer::new(&mut *to).collect_map(entries)?;
         to.write_all(b"\n")?;
     }
