@@ -1,6 +1,7 @@
 //! The functions an expression may call: their names, values in any scalar, and derivatives.
 
 use crate::graph::{Graph, Node};
+use crate::truncated_power::TruncatedPower;
 use afterbay_core::{Line, Scalar, divided};
 
 /// A function of one number.
@@ -36,6 +37,8 @@ pub enum Function {
     Tanh,
     /// 1/cosh x, of which the derivative of tanh is the square. A text cannot name it.
     Sech,
+    /// A power of max(x, 0). A text cannot name it.
+    Truncated(TruncatedPower),
 }
 
 /// The functions of two numbers that a text may call, with what they are.
@@ -190,6 +193,13 @@ impl Graph {
                 let product = self.product(tanh, value);
                 self.negative(product)
             }
+            Function::Truncated(power) => {
+                let [a, b, n] = power.exponent_parts().map(|part| self.number(part));
+                let first = self.quotient(a, b);
+                let exponent = self.difference(first, n);
+                let lower = self.of(Function::Truncated(power.lower()), x);
+                self.product(exponent, lower)
+            }
         }
     }
 }
@@ -237,6 +247,7 @@ impl Function {
                 let tanh = -e / (e + one + one);
                 T::select(x.lt(zero), -tanh, tanh)
             }
+            Self::Truncated(power) => power.at(x),
         }
     }
 
@@ -256,6 +267,7 @@ impl Function {
             Self::Sinh => divided::sinh(a, b),
             Self::Cosh => divided::cosh(a, b),
             Self::Tanh => divided::tanh(a, b),
+            Self::Truncated(power) => power.divided(a, b),
             Self::Sign => {
                 let still = (b - a).abs().le(T::zero());
                 let run = T::select(still, T::one(), b - a);

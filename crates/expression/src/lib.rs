@@ -71,6 +71,7 @@ mod simplify;
 mod singular;
 mod slope;
 mod structure;
+mod truncated_power;
 
 pub use function::{FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS, Function};
 pub use graph::{Graph, Input, Kinds, Node, Term};

@@ -6,6 +6,7 @@
 
 use crate::function::Function;
 use crate::graph::{Graph, Input, Node, Term};
+use crate::truncated_power::TruncatedPower;
 
 impl Graph {
     /// The constant x.
@@ -36,6 +37,10 @@ impl Graph {
             (Function::Sqrt, Term::Product(a, b)) if a == b => {
                 self.insert(Term::Of(Function::Abs, a))
             }
+            (Function::Sqrt, _) => match self.truncated_power(x, TruncatedPower::new([1.0, 2.0])) {
+                Some(power) => power,
+                None => self.insert(Term::Of(function, x)),
+            },
             _ => self.insert(Term::Of(function, x)),
         }
     }
@@ -189,8 +194,20 @@ impl Graph {
     }
 
     /// a^b: by repeated squaring where b is a whole number, with a square root where 2b is one, and
-    /// as e^(b ln a) otherwise.
+    /// as e^(b ln a) otherwise. Powers of max(x, 0) and |x| are truncated powers, which have
+    /// derivatives at 0.
     pub fn power(&mut self, a: Node, b: Node) -> Node {
+        let truncated = self.fraction(b).and_then(TruncatedPower::new);
+        if let Some(power) = self.truncated_power(a, truncated) {
+            return power;
+        }
+        if let (Term::Of(Function::Abs, x), Some(power)) = (self.term(a), truncated)
+            && power.exponent::<f64>() > 1.0
+        {
+            let opposite = self.negative(x);
+            let sides = [x, opposite].map(|x| self.of(Function::Truncated(power), x));
+            return self.sum(sides[0], sides[1]);
+        }
         match self.constant(b) {
             Some(exponent)
                 if exponent.abs() <= LARGEST_POWER && (2.0 * exponent).fract() == 0.0 =>
@@ -213,6 +230,36 @@ impl Graph {
                 self.of(Function::Exp, exponent)
             }
         }
+    }
+
+    /// A constant, or a quotient of two, as the quotient of two numbers.
+    fn fraction(&self, node: Node) -> Option<[f64; 2]> {
+        match self.term(node) {
+            Term::Quotient(a, b) => Some([self.constant(a)?, self.constant(b)?]),
+            _ => Some([self.constant(node)?, 1.0]),
+        }
+    }
+
+    /// a to a power as a truncated power, if a is max(x, 0).
+    fn truncated_power(&mut self, a: Node, power: Option<TruncatedPower>) -> Option<Node> {
+        let (x, power) = (self.of_positive_part(a)?, power?);
+        Some(self.of(Function::Truncated(power), x))
+    }
+
+    /// x of a node that is max(x, 0) = (x + |x|)/2 ([`Graph::max`]).
+    fn of_positive_part(&self, node: Node) -> Option<Node> {
+        let Term::Product(half, twice) = self.term(node) else { return None };
+        let size = |node: Node| match self.term(node) {
+            Term::Of(Function::Abs, x) => Some(x),
+            _ => None,
+        };
+        let x = match self.term(twice) {
+            Term::Sum(a, b) => [(a, b), (b, a)].into_iter().find(|&(a, b)| size(a) == Some(b))?.1,
+            // (-y) + |-y|
+            Term::Difference(a, y) => size(a).filter(|&x| self.term(x) == Term::Negative(y))?,
+            _ => return None,
+        };
+        (self.constant(half) == Some(0.5)).then_some(x)
     }
 
     fn whole_power(&mut self, a: Node, n: u64) -> Node {

@@ -73,7 +73,10 @@ impl Graph {
             Term::Constant(bits) => (f64::from_bits(bits) >= 0.0, f64::from_bits(bits) > 0.0),
             Term::Pi | Term::Of(Function::Exp | Function::Cosh | Function::Sech, _) => (true, true),
             Term::Of(Function::Sqrt, a) => (true, positive.contains(&a)),
-            Term::Of(Function::Abs | Function::Acos | Function::Fraction, _) => (true, false),
+            Term::Of(
+                Function::Abs | Function::Acos | Function::Fraction | Function::Truncated(_),
+                _,
+            ) => (true, false),
             Term::Sum(a, b) => {
                 let one = positive.contains(&a) || positive.contains(&b);
                 (both(least, a, b), both(least, a, b) && one)
@@ -186,6 +189,11 @@ fn enclose(function: Function, x: Interval) -> (Interval, Sight) {
         }
         Function::Log if x.high() < 0.0 => (Interval::WHOLE, Sight::Outside),
         Function::Log if x.low() <= 0.0 => (Interval::WHOLE, Sight::Pole),
+        // It increases.
+        Function::Truncated(power) if x.is_bounded() && power.exponent::<f64>() > 0.0 => {
+            let [low, high] = [x.low(), x.high()].map(|x| power.at(Interval::new(x, x)));
+            (Interval::new(low.low(), high.high()), Sight::Clear)
+        }
         _ => (function.at(x), Sight::Clear),
     }
 }

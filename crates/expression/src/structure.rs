@@ -101,7 +101,7 @@ impl Graph {
         matches!(self.term(node), Term::Sum(..) | Term::Difference(..))
     }
 
-    /// The functions at whose zeros `of` may not be analytic: x of |x|, √x and ln x, and x - ⌊x⌋
+    /// The functions at whose zeros `of` may not be analytic: x of |x|, √x, ln x and x₊^c, and x - ⌊x⌋
     /// and x - ⌊x⌋ - 1 of ⌊x⌋. Where x is constant between jumps, as in |⌊t⌋|, they are left out:
     /// it then changes at those jumps alone, and may be 0 all along.
     pub fn kinks(&mut self, of: &[Node]) -> Vec<Node> {
@@ -112,9 +112,14 @@ impl Graph {
         for node in cone {
             match self.term(node) {
                 Term::Of(_, x) if levels.contains(&x) => {}
-                Term::Of(Function::Abs | Function::Sign | Function::Sqrt | Function::Log, x) => {
-                    kinks.push(x);
-                }
+                Term::Of(
+                    Function::Abs
+                    | Function::Sign
+                    | Function::Sqrt
+                    | Function::Log
+                    | Function::Truncated(_),
+                    x,
+                ) => kinks.push(x),
                 Term::Of(Function::Fraction, _) => {
                     kinks.extend([node, self.difference(node, one)]);
                 }
@@ -252,7 +257,8 @@ impl Sign {
             | Function::Cosh
             | Function::Sech
             | Function::Acos
-            | Function::Fraction => Self::NotNegative,
+            | Function::Fraction
+            | Function::Truncated(_) => Self::NotNegative,
             // Odd and increasing functions.
             Function::Sign | Function::Sinh | Function::Tanh | Function::Asin | Function::Atan => {
                 self

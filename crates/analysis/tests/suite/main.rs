@@ -3,6 +3,7 @@
 #![cfg(test)]
 
 mod after;
+mod contact;
 mod local_orders;
 mod long_run;
 mod pick;

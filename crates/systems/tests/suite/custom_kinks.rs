@@ -138,3 +138,36 @@ fn min_and_max_are_one_of_their_operands() {
         }
     }
 }
+
+/// A power of max(x, 0), or of |x|, has the derivatives of the truncated power on both sides of 0
+/// and at 0, and divided differences on edges of any length across it.
+#[test]
+fn powers_of_positive_parts_have_derivatives() {
+    let part = |x: f64, power: f64| if x > 0.0 { x.powf(power) } else { 0.0 };
+    type Slopes<'a> = &'a dyn Fn(f64) -> [f64; 2];
+    let cases: [(&str, Slopes<'_>); 6] = [
+        ("max(q1, 0)^2.5", &|x| [part(x, 2.5), 2.5 * part(x, 1.5)]),
+        ("max(0, -q1)^2.5", &|x| [part(-x, 2.5), -2.5 * part(-x, 1.5)]),
+        ("max(q1, 0)^1.6", &|x| [part(x, 1.6), 1.6 * part(x, 0.6)]),
+        ("sqrt(max(q1, 0))^5", &|x| [part(x, 2.5), 2.5 * part(x, 1.5)]),
+        ("(-min(q1, 0))^(4/3)", &|x| [part(-x, 4.0 / 3.0), -4.0 / 3.0 * part(-x, 1.0 / 3.0)]),
+        ("abs(q1)^2.5", &|x: f64| [part(x.abs(), 2.5), 2.5 * part(x.abs(), 1.5).copysign(x)]),
+    ];
+    for (potential, exact) in cases {
+        let system = system(potential, "");
+        for from in [-2.0, -1e-9, 0.0, 1e-9, 0.7] {
+            let [value, slope] = exact(from);
+            let off = (system.energy(&[from], &[0.0]) - value).abs();
+            assert!(off <= 1e-14 * value, "{potential} at {from}: off by {off}");
+            let off = (system.partial(&[from], 0, from) - slope).abs();
+            assert!(off <= 1e-14 * slope.abs(), "{potential} at {from}: slope off by {off}");
+            for to in [-1.0, -1e-12, 0.0, 1e-15, 0.5, 0.7 + 1e-7] {
+                let found = system.divided_difference(&[from], 0, to).value;
+                let [before, after] = [from, to].map(|q| system.energy(&[q], &[0.0]));
+                let (rise, bound) = (after - before, 4.0 * f64::EPSILON * (after + before));
+                let off = (found * (to - from) - rise).abs();
+                assert!(off <= bound, "{potential} from {from} to {to}: {found}, off by {off}");
+            }
+        }
+    }
+}

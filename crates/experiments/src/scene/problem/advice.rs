@@ -89,6 +89,11 @@ impl SceneProblem {
                  its exponent, such as q1^m, it has a value only for q1 > 0: write the exponent as \
                  a number, as in q1^4"
             }
+            Self::Input(InputError::NotFinite { value, .. }) if value.is_nan() => {
+                "start where H and all forces are finite. The derivative of a root, or of a power \
+                 that is not whole, has no value where its base is 0; powers of max(x, 0) and \
+                 abs(x) above 1 have one, with the exponent written as a number"
+            }
             Self::Custom(CustomError::NotFinite { .. })
             | Self::Input(InputError::NotFinite { .. }) => {
                 "start where H and all forces are finite"
@@ -104,6 +109,9 @@ fn example(key: &str) -> Option<&'static str> {
         "initial" => "for example:  [initial]  q = [1.0]  p = [0.0]",
         "time" => "for example:  [time]  end = 10.0  step = 0.01",
         "system" => "for example:  [system]  name = \"duffing\"",
+        "name" => {
+            "name = \"custom\" for a V or H of your own; `afterbay list systems` shows the others"
+        }
         "y" => "a quantity such as y = \"q1\", or a map such as map = \"q\"",
         "spread" => "how far the starts lie from the initial state: spread = 0.5",
         "step" => "the size of a step, such as step = 0.01",
