@@ -230,7 +230,7 @@ impl Function {
             Self::Atan => x.atan(),
             Self::Sinh => {
                 let e = x.abs().exp_m1();
-                let sinh = (e + e / (e + one)).half();
+                let sinh = (e + T::select(e.is_finite(), e / (e + one), one)).half();
                 T::select(x.lt(zero), -sinh, sinh)
             }
             Self::Cosh => {

@@ -91,7 +91,8 @@ pub type TakeStep<'a> =
 /// zero at an event of another function. A pole is no event.
 ///
 /// # Errors
-/// Those of [`integrate`](super::integrate), [`StepFailure::EventsAccumulate`] where more than
+/// Those of [`integrate`](super::integrate), [`InputError::Step`] if h is not positive,
+/// [`StepFailure::EventsAccumulate`] where more than
 /// [`MOST_EVENTS`] events fall into one step of the grid, and [`InputError`] where an event leaves
 /// a state that is not finite.
 pub fn integrate_with_events(
@@ -103,6 +104,9 @@ pub fn integrate_with_events(
 ) -> Result<Effort, IntegrateError> {
     let start = state.t;
     grid.check_from(start)?;
+    if grid.h <= 0.0 {
+        return Err(InputError::Step { h: grid.h }.into());
+    }
     let time = |n: u64| grid.time(start, n);
     let mut sides: Vec<Side> = events.iter().map(|event| Side::of(event.value(state))).collect();
     let mut effort = Effort::default();

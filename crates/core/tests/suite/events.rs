@@ -314,3 +314,17 @@ fn a_pole_is_no_zero() {
         assert!(found.is_empty(), "{h}: {found:?}");
     }
 }
+
+#[test]
+fn steps_backwards_are_refused() {
+    for h in [-0.1, 0.0, f64::NAN] {
+        let mut state = State::new(vec![1.0], vec![0.0]).expect("finite");
+        let mut happen = |_: usize, _: EventState<'_>| ControlFlow::Continue(());
+        let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+        let grid = Grid { h, steps: 10 };
+        let outcome =
+            integrate_with_events(&mut fall, grid, &mut state, (&[], &mut happen), &mut observe);
+        assert!(matches!(outcome, Err(IntegrateError::Input(_))), "{h}: {outcome:?}");
+        assert_eq!((state.t, state.q[0]), (0.0, 1.0));
+    }
+}

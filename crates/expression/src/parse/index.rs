@@ -1,6 +1,7 @@
 //! Entries `q[i+1]` and sums `sum(i, 1, n, ..)`.
 
-use super::{DEEPEST, MOST_DEGREES, MOST_WRITTEN_OUT, ParseError, Problem, Reader, in_name};
+use super::names::{in_name, is_name, is_reserved};
+use super::{DEEPEST, MOST_DEGREES, MOST_WRITTEN_OUT, ParseError, Problem, Reader};
 use crate::graph::Node;
 use winnow::Parser as _;
 use winnow::error::EmptyError;
@@ -58,11 +59,15 @@ impl Reader<'_, '_> {
     pub(super) fn series(&mut self, start: usize) -> Result<Node, ParseError> {
         self.expect(&['('], "a parenthesis, as in sum(i, 1, n, q[i]^2)")?;
         self.space();
+        let begin = self.start();
         let variable: Result<&str, EmptyError> =
             take_while(1.., in_name).parse_next(&mut self.text);
-        let Ok(variable) = variable else {
+        let Some(variable) = variable.ok().filter(|name| is_name(name)) else {
             return Err(self.unexpected("the name of an index, as in sum(i, 1, n, q[i]^2)"));
         };
+        if variable == "n" || is_reserved(variable) || self.names.is_defined(variable) {
+            return Err(self.failed(begin, Problem::NoIndex { name: variable.to_owned() }));
+        }
         self.expect(&[','], "a comma")?;
         let first = self.index_sum()?;
         self.expect(&[','], "an operator or a comma")?;

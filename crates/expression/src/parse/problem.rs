@@ -103,6 +103,12 @@ pub enum Problem {
         /// N, if it is known.
         dof: Option<usize>,
     },
+    /// An index of a sum with the name of something else.
+    #[error("{name} cannot be the index of a sum: it has a meaning of its own")]
+    NoIndex {
+        /// The name.
+        name: String,
+    },
     /// An index that is too large to compute.
     #[error("an index is at most {} in size", MOST_INDEX)]
     LargeIndex,
@@ -166,6 +172,7 @@ impl Problem {
             Self::BeyondLast { .. } => {
                 Some("there are as many as dissipation, mass, q and p have entries".into())
             }
+            Self::NoIndex { .. } => Some("take another name, as in sum(k, 1, n, q[k]^2)".into()),
             Self::NoCount => Some("write q = { count = 8, value = .. } in [initial]".into()),
             _ => None,
         }
