@@ -198,7 +198,10 @@ impl<V: Vector> Workspace<V> {
 
     /// Whether the error of K at the end is rounding. H there is evaluated anew.
     #[cold]
-    fn is_noise<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> bool {
+    fn is_noise<S>(&mut self, system: &S) -> Result<bool, StepFailure>
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
         self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
         let energies = [self.energy, self.end_energy, self.target()];
         is_noise(system, [&self.q, &self.p], energies, &mut self.off)
@@ -268,7 +271,7 @@ impl<V: Vector> Workspace<V> {
         }
         if let Err(way) = self.project::<B, S>(system, errors_allowed) {
             self.finish::<B>(h, state);
-            if error > ROUNDING_SUSPECTED_BELOW || !self.is_noise(system) {
+            if error > ROUNDING_SUSPECTED_BELOW || !self.is_noise(system)? {
                 self.balance_rejected_step(system);
                 return Ok(way.max(REFUSED_ERROR));
             }

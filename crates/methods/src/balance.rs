@@ -47,12 +47,15 @@ pub(crate) fn rounding_of_potential<T: Scalar, S: Separable<T> + ?Sized>(system:
 /// Checks that the change of H and the reservoirs' gain `gained` cancel. `second_order` gives the
 /// change of H due to the rounding of the state, times 1/ε; it is evaluated only if the other terms
 /// do not explain the difference.
+///
+/// # Errors
+/// [`StepFailure::BalanceLost`], and those of `second_order`.
 #[inline]
 pub(crate) fn check<T: Scalar>(
     before: Account<T>,
     after: Account<T>,
     gained: T,
-    second_order: impl FnOnce() -> T,
+    second_order: impl FnOnce() -> Result<T, StepFailure>,
 ) -> Result<(), StepFailure> {
     let off = (after.energy - before.energy + gained).abs();
     let size = before.size + after.size + gained.abs();
@@ -61,7 +64,7 @@ pub(crate) fn check<T: Scalar>(
     if within(size) {
         return Ok(());
     }
-    let size = size + second_order();
+    let size = size + second_order()?;
     if within(size) {
         return Ok(());
     }

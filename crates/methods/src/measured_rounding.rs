@@ -1,7 +1,7 @@
 //! The rounding error of H near a state: its measurement, the largest in a run, and the rounding of
 //! the forces that follows from it.
 
-use afterbay_core::{Scalar, System};
+use afterbay_core::{Scalar, StepFailure, System};
 
 /// Nodes and weights of the Gauss-Legendre rule of five points on [0, 1], to 15 digits: an estimate
 /// needs no more.
@@ -32,6 +32,16 @@ const HALVINGS: u32 = 30;
 /// sixteenth.
 const LEAST_PART: f64 = 3.0 / 8.0;
 
+/// The error of ∇H·z, as a share of its terms, from which on ∇H may not be the gradient of H. A
+/// choice: mistakes are larger. Roundings of ∇H of this size differ from node to node, so that the
+/// integral is not resolved.
+const LARGEST_SLOPE_ERROR: f64 = 1e-8;
+/// The number of times that z is doubled at most. A choice: from the least number whose square is
+/// normal, 1e-154, to beyond 1.
+const DOUBLINGS: i32 = 520;
+/// The number of doublings that tell. A choice: features of H that end it near z are rare.
+const FEWEST_DOUBLINGS: i32 = 5;
+
 /// Memory for a point and ∇H there.
 #[derive(Clone, Debug)]
 struct Memory<T> {
@@ -46,17 +56,18 @@ impl<T: Scalar> Memory<T> {
     }
 }
 
-/// The points z (1 + share).
+/// The points scale z (1 + share).
 struct Ray<'a, T, S: ?Sized> {
     system: &'a S,
     z: [&'a [T]; 2],
+    scale: f64,
     memory: &'a mut Memory<T>,
 }
 
 impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
     /// Moves to the point at a share.
     fn go(&mut self, share: f64) {
-        let factor = T::from_f64(1.0 + share);
+        let factor = T::from_f64(self.scale * (1.0 + share));
         for (at, z) in self.memory.at.iter_mut().zip(self.z) {
             at.iter_mut().zip(z).for_each(|(at, &z)| *at = factor * z);
         }
@@ -69,9 +80,11 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
         self.system.energy(q, p)
     }
 
-    /// The integral of ∇H·z over the shares between two, and the largest sum of its terms.
+    /// The integral of ∇H·z, with z scaled, over the shares between two, and the largest sum of its
+    /// terms.
     fn rise(&mut self, [from, to]: [f64; 2]) -> [f64; 2] {
         let (mut integral, mut largest) = (0.0, 0.0_f64);
+        let scale = T::from_f64(self.scale);
         for (node, weight) in GAUSS_LEGENDRE {
             self.go(from + node * (to - from));
             let Memory { at: [q, p], slope: [hq, hp] } = &mut *self.memory;
@@ -79,8 +92,9 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
             let products = self.z[0].iter().zip(&*hq).chain(self.z[1].iter().zip(&*hp));
             let (mut sum, mut size) = (T::zero(), T::zero());
             for (&z, &slope) in products {
-                sum += z * slope;
-                size += (z * slope).abs();
+                let term = scale * z * slope;
+                sum += term;
+                size += term.abs();
             }
             integral += weight * (to - from) * sum.to_f64();
             largest = largest.max(size.to_f64());
@@ -92,6 +106,10 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
 /// The change of H over an interval of shares less the integral of its slope.
 struct Difference {
     size: f64,
+    /// The change of H, and the integral.
+    changes: [f64; 2],
+    /// A bound of the terms of ∇H·z.
+    slopes: f64,
     /// A bound of the terms of H and of ∇H·z.
     terms: f64,
     /// Whether the integral is good to a sixteenth of the difference, and both are finite.
@@ -105,10 +123,13 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
         let [rise, slopes] = self.rise([from, to]);
         let finer = self.rise([from, middle])[0] + self.rise([middle, to])[0];
         let (before, after) = (self.energy(from), self.energy(to));
-        let size = ((after - before).to_f64() - finer).abs();
+        let change = (after - before).to_f64();
+        let size = (change - finer).abs();
         let terms = before.abs().to_f64() + after.abs().to_f64() + slopes;
         Difference {
             size,
+            changes: [change, finer],
+            slopes,
             terms,
             resolved: size.is_finite() && (rise - finer).abs() <= size / 16.0,
         }
@@ -134,6 +155,41 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
         }
         true
     }
+
+    /// Checks that ∇H·z is the slope of H. An error is a large part of it, proportional to the
+    /// interval, and no rounding.
+    fn check_slope(&mut self) -> Result<(), StepFailure> {
+        let [long, middle, short] =
+            [4, 8, 12].map(|power| self.difference([0.0, 2.0_f64.powi(-power)]));
+        let large = long.size > LARGEST_SLOPE_ERROR * 2.0_f64.powi(-4) * long.slopes;
+        let sizes = [long.size, 16.0 * middle.size, 256.0 * short.size];
+        let proportional = sizes.iter().all(|size| (size / long.size - 1.0).abs() < 0.25);
+        if !(long.resolved && large && proportional) || self.becomes_noise() {
+            return Ok(());
+        }
+        let [rise, integral] = long.changes;
+        Err(StepFailure::NotGradient { integral, rise })
+    }
+
+    /// Whether the difference becomes irregular as z is doubled again and again, while it is still a
+    /// large part of the slope, as that of terms which cancel does: where 1 - cos q is 0 for a small
+    /// q, its rounding is all of q²/2, and for a larger q it is that of 1. That of a wrong gradient
+    /// stays proportional to the interval. True where H ends too soon to tell.
+    fn becomes_noise(&mut self) -> bool {
+        let begin = self.scale;
+        let verdict = (0..DOUBLINGS).find_map(|doubling| {
+            self.scale = begin * 2.0_f64.powi(doubling);
+            let [long, short] = [4, 12].map(|power| self.difference([0.0, 2.0_f64.powi(-power)]));
+            if !(long.size.is_finite() && short.size.is_finite()) {
+                return Some(doubling < FEWEST_DOUBLINGS);
+            }
+            let irregular = 256.0 * short.size > LARGEST_LEAP * long.size;
+            let large = short.size > LARGEST_SLOPE_ERROR * 2.0_f64.powi(-12) * short.slopes;
+            irregular.then_some(large)
+        });
+        self.scale = begin;
+        verdict.unwrap_or(false)
+    }
 }
 
 /// The rounding error of H near z = (q, p), times 1/ε, that cancellation between its terms causes,
@@ -146,22 +202,26 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
 /// the last place of its terms unless z is nearly at rest. A difference far above those of smaller
 /// shares counts only if it remains as the interval is halved. In scalars of more than 53 bits
 /// nothing is measured.
+///
+/// # Errors
+/// [`StepFailure::NotGradient`]
 #[cold]
 fn measure<T: Scalar, S: System<T> + ?Sized>(
     system: &S,
     [q, p]: [&[T]; 2],
     memory: &mut Memory<T>,
     largest: f64,
-) -> f64 {
+) -> Result<f64, StepFailure> {
     // The rule has 16 digits.
     if T::IS_EXTENDED {
-        return largest;
+        return Ok(largest);
     }
-    let mut ray = Ray { system, z: [q, p], memory };
+    let mut ray = Ray { system, z: [q, p], scale: 1.0, memory };
+    ray.check_slope()?;
     let (mut most, mut usual) = (largest * T::EPSILON / BOUND_OVER_MEASURED, 0.0_f64);
     for power in (4..21).rev() {
         let interval = [0.0, 2.0_f64.powi(-power)];
-        let Difference { size, terms, resolved } = ray.difference(interval);
+        let Difference { size, terms, resolved, .. } = ray.difference(interval);
         // A wall is met from one share on, with a leap.
         let leaps = size > LARGEST_LEAP * usual && size > most;
         if !resolved || (leaps && !ray.is_rounding(interval, size)) {
@@ -172,7 +232,23 @@ fn measure<T: Scalar, S: System<T> + ?Sized>(
             most = most.max(size);
         }
     }
-    BOUND_OVER_MEASURED * most / T::EPSILON
+    Ok(BOUND_OVER_MEASURED * most / T::EPSILON)
+}
+
+/// Checks that ∇H·(q, p) is the slope of H.
+///
+/// # Errors
+/// [`StepFailure::NotGradient`]
+#[cold]
+pub(crate) fn check_gradient<T: Scalar, S: System<T> + ?Sized>(
+    system: &S,
+    q: &[T],
+    p: &[T],
+) -> Result<(), StepFailure> {
+    if T::IS_EXTENDED {
+        return Ok(());
+    }
+    Ray { system, z: [q, p], scale: 1.0, memory: &mut Memory::new(q.len()) }.check_slope()
 }
 
 /// [`measure`] where a few allocations do not matter.
@@ -181,7 +257,7 @@ pub(crate) fn measured_rounding<T: Scalar, S: System<T> + ?Sized>(
     system: &S,
     q: &[T],
     p: &[T],
-) -> f64 {
+) -> Result<f64, StepFailure> {
     measure(system, [q, p], &mut Memory::new(q.len()), 0.0)
 }
 
@@ -199,10 +275,18 @@ impl<T: Scalar> EnergyRounding<T> {
     }
 
     /// Measures the rounding of H at (q, p), and returns the largest so far.
+    ///
+    /// # Errors
+    /// [`StepFailure::NotGradient`]
     #[cold]
-    pub(crate) fn measure<S: System<T> + ?Sized>(&mut self, system: &S, q: &[T], p: &[T]) -> f64 {
-        self.largest = measure(system, [q, p], &mut self.memory, self.largest);
-        self.largest
+    pub(crate) fn measure<S: System<T> + ?Sized>(
+        &mut self,
+        system: &S,
+        q: &[T],
+        p: &[T],
+    ) -> Result<f64, StepFailure> {
+        self.largest = measure(system, [q, p], &mut self.memory, self.largest)?;
+        Ok(self.largest)
     }
 
     /// The largest so far.
@@ -253,7 +337,7 @@ mod tests {
             for n in 0..50 {
                 let near = distance * (1.0 + f64::from(n) / 50.0);
                 let rounding = |potential: Potential, q: f64| {
-                    measured_rounding(&FromFormulas(potential), &[q], &[0.0])
+                    measured_rounding(&FromFormulas(potential), &[q], &[0.0]).expect("a gradient")
                 };
                 let found = rounding(Potential::Pendulum, near);
                 // V is exact to half a unit in the last place of 1, which is ε.

@@ -156,7 +156,7 @@ where
                 // The end before the projection.
                 workspace.copy(state);
                 workspace.sweep(system, h)?;
-                if !workspace.is_noise(system, target[0], state) {
+                if !workspace.is_noise(system, target[0], state)? {
                     return Err(StepFailure::ProjectionFailed { excess });
                 }
                 evaluations = 2 * evaluations + 1;

@@ -70,6 +70,7 @@ pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
         | StepFailure::EdgeUnresolved { .. }
         | StepFailure::BalanceLost { .. } => "unresolved",
         StepFailure::AcrossSingularity { .. } => "singularity",
+        StepFailure::NotGradient { .. } => "not-gradient",
         StepFailure::TooLong { .. } => "too-long",
         StepFailure::NoRelaxationRoot { .. } => "no-relaxation-root",
         StepFailure::ProjectionFailed { .. } => "projection-failed",

@@ -126,6 +126,18 @@ pub enum StepFailure {
         /// Their number.
         count: u64,
     },
+    /// The gradient that a system gives is not that of its energy, so that no step keeps K.
+    #[error(
+        "the gradient is not that of H: along (q, p) it gives a change of {integral:e}, and H \
+         changes by {rise:e}; `validate::system` finds the entry that is wrong, and `Formulas` \
+         derives all of them from H"
+    )]
+    NotGradient {
+        /// The integral of ∇H·(q, p) over a short line.
+        integral: f64,
+        /// The change of H along it.
+        rise: f64,
+    },
     /// A quadrature does not resolve H along the step, so that K would change.
     #[error(
         "{nodes} nodes do not resolve H along the step (K would move by {roundings:.0} roundings): \

@@ -253,7 +253,9 @@ where
                 Err(failure) => {
                     self.statistics.failed += 1;
                     cuts += 1;
-                    if cuts > MOST_CUTS {
+                    // No shorter step avoids a wrong gradient.
+                    let stays = matches!(failure, StepFailure::NotGradient { .. });
+                    if stays || cuts > MOST_CUTS {
                         return Err(self.failed(state, failure));
                     }
                     self.controller.h = CUT * h.to_f64();

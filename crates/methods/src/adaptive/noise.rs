@@ -3,7 +3,7 @@
 use crate::measured_rounding::measured_rounding;
 use crate::rounding::rounding;
 use crate::second_derivatives::second_order;
-use afterbay_core::{Curvature, Scalar, Vector};
+use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 
 /// A failed projection may be due to rounding if the error of the step is below this share of the
 /// allowed error; between 0 and 1. A choice.
@@ -17,13 +17,16 @@ const NOISE_ROUNDINGS: f64 = 16.0;
 ///
 /// `energies` are H at the start, H at the end, and the target. `off` is the difference that a
 /// longer step from the same state left, and is replaced by that of this step.
+///
+/// # Errors
+/// [`StepFailure::NotGradient`]
 #[cold]
 pub(crate) fn is_noise<V, S>(
     system: &S,
     [q, p]: [&V; 2],
     energies: [V::Scalar; 3],
     off: &mut f64,
-) -> bool
+) -> Result<bool, StepFailure>
 where
     V: Vector,
     S: Curvature<V::Scalar> + ?Sized,
@@ -33,5 +36,5 @@ where
     let found = (end - target).abs().to_f64();
     let before = std::mem::replace(off, found);
     let within = |terms: f64| found <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms);
-    (found > 0.5 * before && within(terms)) || within(measured_rounding(system, q, p))
+    Ok((found > 0.5 * before && within(terms)) || within(measured_rounding(system, q, p)?))
 }

@@ -60,7 +60,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         if roundings > ACCEPTED_ROUNDINGS
             && roundings * rounding::<V::Scalar>(spare.scale())
-                > ACCEPTED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p))
+                > ACCEPTED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p)?)
         {
             return Err(StepFailure::Unresolved { nodes: MOST_NODES, roundings });
         }

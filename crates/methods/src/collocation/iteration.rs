@@ -196,6 +196,7 @@ impl<V: Vector> Workspace<V> {
                 }
             }
         }
+        self.energy_rounding.measure(system, state.q.as_slice(), state.p.as_slice())?;
         let nodes = self.rules.last().map_or(0, |panels| NODES * panels.len());
         Err(StepFailure::Unresolved { nodes, roundings: self.defect })
     }

@@ -68,15 +68,19 @@ impl<V: Vector> Workspace<V> {
         self.defect * rounding::<V::Scalar>(self.scale) <= ends.max(measured)
     }
 
-    /// The rounding of H at both ends. A measurement takes 255 gradients, so that of the end serves
+    /// The rounding of H at both ends. A measurement takes 300 gradients, so that of the end serves
     /// the next step, too. It stays where K is restored, which moves the end by at most 1e-8 of z.
+    /// A wrong gradient has none, and is told where the step fails.
     fn energy_roundings<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         &Problem { system, state, .. }: &Problem<'_, V, S>,
     ) -> [f64; 2] {
         let [start, end] = self.energy_roundings;
         let rounding = &mut self.energy_rounding;
-        let mut measure = |q: &V, p: &V| rounding.measure(system, q.as_slice(), p.as_slice());
+        let mut measure = |q: &V, p: &V| {
+            let measured = rounding.measure(system, q.as_slice(), p.as_slice());
+            measured.unwrap_or(rounding.largest())
+        };
         let start = start.unwrap_or_else(|| measure(&state.q, &state.p));
         let end = end.unwrap_or_else(|| measure(&self.q, &self.p));
         self.energy_roundings = [Some(start), Some(end)];
@@ -110,7 +114,9 @@ impl<V: Vector> Workspace<V> {
         if change > LARGEST_FIRST_NOISE {
             return false;
         }
-        self.energy_rounding.measure(system, q, p);
+        if self.energy_rounding.measure(system, q, p).is_err() {
+            return false;
+        }
         is_within(self.energy_rounding.of_forces(energy, second))
     }
 }

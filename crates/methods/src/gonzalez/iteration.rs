@@ -72,7 +72,7 @@ impl<V: Vector> Workspace<V> {
         }
         // If the terms of H or of the forces cancel, their roundings exceed those that |H| and p
         // suggest. They are measured, and the equations are solved to them.
-        step.workspace.measure_roundings(system, state);
+        step.workspace.measure_roundings(system, state)?;
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());
         }
@@ -88,12 +88,12 @@ impl<V: Vector> Workspace<V> {
 
     /// Measures the rounding of H at the start, and estimates that of the forces.
     #[cold]
-    fn measure_roundings<S>(&mut self, system: &S, state: &State<V>)
+    fn measure_roundings<S>(&mut self, system: &S, state: &State<V>) -> Result<(), StepFailure>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
-        let measured = self.measured.measure(system, q, p);
+        let measured = self.measured.measure(system, q, p)?;
         let second = largest_second_derivative(system, q, p);
         self.force_rounding = self.measured.of_forces(state.energy(system).to_f64(), second);
         if self.has_lambda {
@@ -103,6 +103,7 @@ impl<V: Vector> Workspace<V> {
             let made_of = (terms(hq, &state.q) + terms(hp, &state.p)).to_f64();
             (self.energy_rounding, self.lambda_rounding) = (measured, measured + made_of);
         }
+        Ok(())
     }
 }
 

@@ -127,7 +127,7 @@ fn balanced<T: Scalar, S: PhasePlane<T> + ?Sized>(
                 (hq * q[j]).abs() + (hp * p[j]).abs()
             }))
         };
-        at(before) + at(after)
+        Ok(at(before) + at(after))
     };
     balance::check(account(before), account(after), gained, second_order)
 }

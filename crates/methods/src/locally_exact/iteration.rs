@@ -52,7 +52,7 @@ impl<V: Vector> Workspace<V> {
         if let Err(failure) = step.converge() {
             // Terms that cancel inside H leave λ a rounding that |H| does not show.
             let known = step.workspace.energy_rounding.largest();
-            if step.measure_rounding() <= known {
+            if step.measure_rounding()? <= known {
                 return Err(failure);
             }
             step.workspace.initial_guess();
@@ -132,7 +132,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         if update.is_finite() && !updates.stalled(STALLED_ABOVE_NOISE) && !is_last {
             return Ok(Verdict::Keep);
         }
-        if updates.stalled(1) && (self.is_noise() || self.is_rounding(update)) {
+        if updates.stalled(1) && (self.is_noise()? || self.is_rounding(update)?) {
             return self.finish(LARGEST_PROJECTION).map(|()| Verdict::Converged);
         }
         let ratio = updates.ratio();
@@ -187,7 +187,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
             return Ok(());
         }
         let off = (energy - target).abs().to_f64();
-        let measured = rounding::<V::Scalar>(energy_rounding.measure(system, q, p));
+        let measured = rounding::<V::Scalar>(energy_rounding.measure(system, q, p)?);
         if off <= RESTORED_ROUNDINGS * measured {
             return Ok(());
         }
@@ -198,28 +198,29 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
     /// are differences of large terms, and p is small compared with the effect of their rounding:
     /// `ε h |H''| |z|` away from the origin, and the rounding of these terms.
     #[cold]
-    fn is_noise(&mut self) -> bool {
+    fn is_noise(&mut self) -> Result<bool, StepFailure> {
         let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
         let z = max_norm(q).max(max_norm(p));
         let second = largest_second_derivative(self.system, q, p);
-        self.measure_rounding();
+        self.measure_rounding()?;
         let rounding = &self.workspace.energy_rounding;
         let forces = second * z + rounding.of_forces(self.start.to_f64(), second);
-        self.moved <= NOISE_ROUNDINGS * V::Scalar::EPSILON * (z + self.h.to_f64().abs() * forces)
+        let terms = z + self.h.to_f64().abs() * forces;
+        Ok(self.moved <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms)
     }
 
     /// Measures the rounding of H at the start, and returns the largest so far.
     #[cold]
-    fn measure_rounding(&mut self) -> f64 {
+    fn measure_rounding(&mut self) -> Result<f64, StepFailure> {
         let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
         self.workspace.energy_rounding.measure(self.system, q, p)
     }
 
     /// Whether an update is the effect of the measured rounding of H.
     #[cold]
-    fn is_rounding(&mut self, update: f64) -> bool {
-        let energy = V::Scalar::from_f64(self.measure_rounding());
-        update <= NOISE_ROUNDINGS * (V::Scalar::EPSILON + self.roughness(energy))
+    fn is_rounding(&mut self, update: f64) -> Result<bool, StepFailure> {
+        let energy = V::Scalar::from_f64(self.measure_rounding()?);
+        Ok(update <= NOISE_ROUNDINGS * (V::Scalar::EPSILON + self.roughness(energy)))
     }
 
     /// Follows the path of the current Δz, and w along it if requested.

@@ -4,6 +4,7 @@ use super::steps::Steps;
 use super::{ModDg, commit, one_degree_of_freedom};
 use crate::balance::{self, Account};
 use crate::coordinate::{Along, Coordinate, Rates};
+use crate::measured_rounding::check_gradient;
 use afterbay_core::solver::Solver;
 use afterbay_core::{Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector};
 
@@ -78,7 +79,8 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
         let at = |q: T| {
             (q * system.partial(&[q], 0, q)).abs() + balance::rounding_of_potential(system, &[q])
         };
-        at(q0) + at(q1)
+        check_gradient(system, &[q0], &[p0])?;
+        Ok(at(q0) + at(q1))
     };
     balance::check(account(q0, p0), account(q1, p1), -rise, second_order)
 }

@@ -17,7 +17,7 @@
 use super::engine::Engine;
 use super::share::Allowed;
 use crate::adaptive::{Projection, ROUNDING_SUSPECTED_BELOW, is_noise};
-use afterbay_core::{Curvature, Passive, Scalar, State, Vector};
+use afterbay_core::{Curvature, Passive, Scalar, State, StepFailure, Vector};
 
 /// The share of the reservoirs, between 0 and 1, from which they take all of the defect. A choice.
 const WHOLE_SHARE: f64 = 0.999;
@@ -25,6 +25,9 @@ const WHOLE_SHARE: f64 = 0.999;
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Computes the end of the step with K exact. If no allowed change makes it so, returns the
     /// ratio of the necessary to the allowed change.
+    ///
+    /// # Errors
+    /// [`StepFailure::NotGradient`]
     #[inline(always)]
     pub(super) fn balance<F: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -32,20 +35,18 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         state: &State<V>,
         allowed: Allowed,
         error: f64,
-    ) -> Result<(), f64> {
+    ) -> Result<Option<f64>, StepFailure> {
         self.place_end(system, state);
         self.sum_gains();
         if self.dissipative && self.undriven {
             self.share_defect(system);
         }
-        self.project(system, allowed).or_else(|excess| {
-            self.place_end(system, state);
-            let energies = [self.energy, self.end_energy, self.target()];
-            let end = [&self.q, &self.p];
-            let noise =
-                error <= ROUNDING_SUSPECTED_BELOW && is_noise(system, end, energies, &mut self.off);
-            if noise { Ok(()) } else { Err(excess) }
-        })
+        let Err(excess) = self.project(system, allowed) else { return Ok(None) };
+        self.place_end(system, state);
+        let (energies, end) = ([self.energy, self.end_energy, self.target()], [&self.q, &self.p]);
+        let noise =
+            error <= ROUNDING_SUSPECTED_BELOW && is_noise(system, end, energies, &mut self.off)?;
+        Ok((!noise).then_some(excess))
     }
 
     /// The end of the step as the stages give it. The momenta of motors, which are energies, are

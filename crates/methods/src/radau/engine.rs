@@ -136,9 +136,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             return Err(self.trial.not_finite());
         }
         if error <= 1.0 {
-            match self.balance(system, state, allowed, error) {
-                Ok(()) => self.rejected = false,
-                Err(excess) => error = excess.max(REFUSED_ERROR),
+            match self.balance(system, state, allowed, error)? {
+                None => self.rejected = false,
+                Some(excess) => error = excess.max(REFUSED_ERROR),
             }
         }
         if error > 1.0 {
@@ -172,7 +172,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         self.estimate(h, allowed, true);
         // No step longer than this one was tried.
         self.off = 0.0;
-        if self.balance(system, before, allowed, 0.0).is_err() {
+        if self.balance(system, before, allowed, 0.0)?.is_some() {
             let excess = (self.end_energy - self.target()).to_f64();
             return Err(StepFailure::ProjectionFailed { excess });
         }

@@ -82,7 +82,7 @@ impl<V: Vector> Chord<V> {
         }
         // Terms that cancel inside H leave it a rounding that |H| does not show.
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
-        let noise = RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p));
+        let noise = RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p)?);
         let nearest = root.filter(|root| root.excess.to_f64().abs() <= noise);
         let plain = Some(plain).filter(|plain| plain.excess.to_f64().abs() <= noise);
         if let Some(root) = nearest.or(plain) {

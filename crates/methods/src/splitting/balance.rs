@@ -85,7 +85,7 @@ impl<V: Vector> Workspace<V> {
             check([q.as_slice(), p.as_slice(), self.gain.as_slice()])?;
             return Err(StepFailure::non_finite(&[(Quantity::Energy, &[before, energy, target])]));
         }
-        if self.is_noise(system, target, state) {
+        if self.is_noise(system, target, state)? {
             return Ok(Balance::Restored { gradients: gradients + 1 });
         }
         Ok(Balance::Unrestored { excess })
@@ -93,7 +93,12 @@ impl<V: Vector> Workspace<V> {
 
     /// Whether K is off by a rounding of its terms, or of those that cancel inside H.
     #[cold]
-    pub(super) fn is_noise<S>(&mut self, system: &S, target: V::Scalar, state: &State<V>) -> bool
+    pub(super) fn is_noise<S>(
+        &mut self,
+        system: &S,
+        target: V::Scalar,
+        state: &State<V>,
+    ) -> Result<bool, StepFailure>
     where
         S: Separable<V::Scalar> + ?Sized,
     {
@@ -107,9 +112,9 @@ impl<V: Vector> Workspace<V> {
             self.energy[0].abs() + energy.abs() + sum([gain.as_slice()], |[gain]| gain.abs());
         let first_order = (known + products(hq, q) + products(hp, p)).to_f64();
         let second_order = second_order(system, q, p) * V::Scalar::EPSILON;
-        energy_rounding.measure(system, state.q.as_slice(), state.p.as_slice());
-        let terms = first_order + second_order + energy_rounding.measure(system, q, p);
-        (energy - target).to_f64().abs() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(terms)
+        energy_rounding.measure(system, state.q.as_slice(), state.p.as_slice())?;
+        let terms = first_order + second_order + energy_rounding.measure(system, q, p)?;
+        Ok((energy - target).to_f64().abs() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(terms))
     }
 }
 

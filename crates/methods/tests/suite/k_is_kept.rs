@@ -43,6 +43,7 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
         }
         StepFailure::Unresolved { .. }
         | StepFailure::AcrossSingularity { .. }
+        | StepFailure::NotGradient { .. }
         | StepFailure::EdgeUnresolved { .. }
         | StepFailure::BalanceLost { .. }
         | StepFailure::Vanishes { .. }

@@ -73,3 +73,4 @@ mod stability_flags;
 mod storage;
 mod systems;
 mod tiled;
+mod wrong_gradient;

@@ -114,6 +114,7 @@ impl Verdict {
             | StepFailure::NewtonStalled { .. }
             | StepFailure::Unresolved { .. }
             | StepFailure::AcrossSingularity { .. }
+            | StepFailure::NotGradient { .. }
             | StepFailure::EdgeUnresolved { .. }
             | StepFailure::BalanceLost { .. }
             | StepFailure::TooLong { .. }
