@@ -101,9 +101,9 @@ impl Graph {
         matches!(self.term(node), Term::Sum(..) | Term::Difference(..))
     }
 
-    /// The functions at whose zeros `of` may not be analytic: x of |x|, √x, ln x and x₊^c, and x - ⌊x⌋
-    /// and x - ⌊x⌋ - 1 of ⌊x⌋. Where x is constant between jumps, as in |⌊t⌋|, they are left out:
-    /// it then changes at those jumps alone, and may be 0 all along.
+    /// The functions at whose zeros `of` may not be analytic: x of |x|, √x, ln x and powers of
+    /// max(x, 0), and x - ⌊x⌋ and x - ⌊x⌋ - 1 of ⌊x⌋. Where x is constant between jumps, as in
+    /// |⌊t⌋|, they are left out: it then changes at those jumps alone, and may be 0 all along.
     pub fn kinks(&mut self, of: &[Node]) -> Vec<Node> {
         let one = self.number(1.0);
         let cone = self.cone(of, Kinds::ALL);

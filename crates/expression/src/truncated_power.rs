@@ -64,13 +64,9 @@ impl TruncatedPower {
         // The same number where it counts. An interval that reaches below 0 has a root in this way.
         let size = x.abs();
         let power = match self.whole_part() {
-            Some(n) if n < 0 => whole_power(size, n.unsigned_abs() - 1) * size.sqrt(),
+            Some(n) if n < 0 => (whole_power(size, n.unsigned_abs() - 1) * size.sqrt()).recip(),
             Some(n) => whole_power(size, n.unsigned_abs()) * size.sqrt(),
             None => (self.exponent::<T>() * size.ln()).exp(),
-        };
-        let power = match self.whole_part() {
-            Some(n) if n < 0 => power.recip(),
-            _ => power,
         };
         let nothing = T::select(x.le(zero), zero, x * zero);
         T::select(zero.lt(x), power, nothing)

@@ -92,9 +92,8 @@ pub type TakeStep<'a> =
 ///
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`InputError::Step`] if h is not positive,
-/// [`StepFailure::EventsAccumulate`] where more than
-/// [`MOST_EVENTS`] events fall into one step of the grid, and [`InputError`] where an event leaves
-/// a state that is not finite.
+/// [`StepFailure::EventsAccumulate`] where more than [`MOST_EVENTS`] events fall into one step of
+/// the grid, and [`InputError`] where an event leaves a state that is not finite.
 pub fn integrate_with_events(
     step: TakeStep<'_>,
     grid: Grid<f64>,

@@ -58,7 +58,6 @@ impl Reader<'_, '_> {
     /// `"(" name "," index "," index "," sum ")"`, after `sum`.
     pub(super) fn series(&mut self, start: usize) -> Result<Node, ParseError> {
         self.expect(&['('], "a parenthesis, as in sum(i, 1, n, q[i]^2)")?;
-        self.space();
         let begin = self.start();
         let variable: Result<&str, EmptyError> =
             take_while(1.., in_name).parse_next(&mut self.text);
