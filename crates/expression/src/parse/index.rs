@@ -61,10 +61,11 @@ impl Reader<'_, '_> {
         let begin = self.start();
         let variable: Result<&str, EmptyError> =
             take_while(1.., in_name).parse_next(&mut self.text);
-        let Some(variable) = variable.ok().filter(|name| is_name(name)) else {
+        let Ok(variable) = variable else {
             return Err(self.unexpected("the name of an index, as in sum(i, 1, n, q[i]^2)"));
         };
-        if variable == "n" || is_reserved(variable) || self.names.is_defined(variable) {
+        let means = variable == "n" || is_reserved(variable) || self.names.is_defined(variable);
+        if means || !is_name(variable) {
             return Err(self.failed(begin, Problem::NoIndex { name: variable.to_owned() }));
         }
         self.expect(&[','], "a comma")?;

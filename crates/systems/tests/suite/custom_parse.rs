@@ -62,7 +62,7 @@ fn expressions_mean_what_they_say() {
         ("tanh(q4)", (-1.5_f64).tanh()),
         ("tanh(1e300) + tanh(-1e300)", 0.0),
         ("sinh(1e-9)*1e9", 1.0),
-        ("1/sinh(800) - 1/cosh(-800)", 0.0),
+        ("1/sinh(267*q1)", 0.0),
         ("(((((q1)))))", 3.0),
     ] {
         let found = value(text);

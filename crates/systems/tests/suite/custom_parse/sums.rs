@@ -66,7 +66,7 @@ fn sums_that_mean_nothing_are_refused() {
         ("q[1.5]", ". where an operator or a closing bracket should be"),
         ("q[1", "the expression ends where an operator or a closing bracket should be"),
         ("sum(i, 1, n)", ") where an operator or a comma should be"),
-        ("sum(1, 2, q1)", "q1 is not known"),
+        ("sum(1, 2, q1)", "1 cannot be the index of a sum"),
         ("sum(i, 1, 3, 1 +)", ") where a number"),
         ("q[3000000000]", "an index is at most"),
         ("q[2000000000*2000000000]", "an index is at most"),

@@ -46,7 +46,7 @@ pub(super) const CHANGES: &[Change] = &[
     (V, "sum(i, 1, 2, q[k])", "k", "k is not known", ""),
     (V, "sum(q1, 1, 2, q1)", "q1", "q1 cannot be the index of a sum", "take another name"),
     (V, "sum(c, 1, 2, c*q1)", "c", "c cannot be the index of a sum", "take another name"),
-    (V, "sum(3, 1, 2, q1)", "3", "3 where the name of an index", ""),
+    (V, "sum(3, 1, 2, q1)", "3", "3 cannot be the index of a sum", "take another name"),
     (D, "\"c*p[i+1]\"", "p[i+1]", "p[3] does not exist: entries are counted from 1 to 2", ""),
     ("c = 0.05", "c = \"2*c\"", "c = \"2*c\"", "c is defined by itself", ""),
     ("c = 0.05", "c = \"1/0\"", "c = \"1/0\"", "this is inf", ""),
