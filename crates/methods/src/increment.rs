@@ -50,7 +50,7 @@ pub use general::GeneralIncrement;
 pub(crate) use sweep::{Member, Stride, advance, sweep};
 
 use crate::balance::{self, Account};
-use crate::measured_rounding::check_gradient;
+use crate::gradient_check::check_gradient;
 use afterbay_core::{
     Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };

@@ -1,18 +1,10 @@
 //! The rounding error of H near a state: its measurement, the largest in a run, and the rounding of
 //! the forces that follows from it.
 
+use crate::gradient_check::check_slope;
+use crate::ray::{Difference, Memory, Ray};
 use afterbay_core::{Scalar, StepFailure, System};
 
-/// Nodes and weights of the Gauss-Legendre rule of five points on [0, 1], to 15 digits: an estimate
-/// needs no more.
-/// M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, table 25.4.
-const GAUSS_LEGENDRE: [(f64, f64); 5] = [
-    (0.046_910_077_030_668, 0.118_463_442_528_094_5),
-    (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
-    (0.5, 0.284_444_444_444_444_4),
-    (0.769_234_655_052_841_5, 0.239_314_335_249_683_2),
-    (0.953_089_922_969_332, 0.118_463_442_528_094_5),
-];
 /// The error of H, in roundings of |H| and of the terms of ∇H·z, that needs no cancellation: below
 /// all bounds of the change of K, which are 16 of these roundings or more, so that no step falls
 /// between the two. A choice.
@@ -32,109 +24,7 @@ const HALVINGS: u32 = 30;
 /// sixteenth.
 const LEAST_PART: f64 = 3.0 / 8.0;
 
-/// The error of ∇H·z, as a share of its terms, from which on ∇H may not be the gradient of H. A
-/// choice: mistakes are larger. Roundings of ∇H of this size differ from node to node, so that the
-/// integral is not resolved.
-const LARGEST_SLOPE_ERROR: f64 = 1e-8;
-/// The number of times that z is doubled at most. A choice: from the least number whose square is
-/// normal, 1e-154, to beyond 1.
-const DOUBLINGS: i32 = 520;
-/// The number of doublings that tell. A choice: features of H that end it near z are rare.
-const FEWEST_DOUBLINGS: i32 = 5;
-
-/// Memory for a point and ∇H there.
-#[derive(Clone, Debug)]
-struct Memory<T> {
-    at: [Vec<T>; 2],
-    slope: [Vec<T>; 2],
-}
-
-impl<T: Scalar> Memory<T> {
-    fn new(n: usize) -> Self {
-        let zeros = || [(); 2].map(|()| vec![T::zero(); n]);
-        Self { at: zeros(), slope: zeros() }
-    }
-}
-
-/// The points scale z (1 + share).
-struct Ray<'a, T, S: ?Sized> {
-    system: &'a S,
-    z: [&'a [T]; 2],
-    scale: f64,
-    memory: &'a mut Memory<T>,
-}
-
 impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
-    /// Moves to the point at a share.
-    fn go(&mut self, share: f64) {
-        let factor = T::from_f64(self.scale * (1.0 + share));
-        for (at, z) in self.memory.at.iter_mut().zip(self.z) {
-            at.iter_mut().zip(z).for_each(|(at, &z)| *at = factor * z);
-        }
-    }
-
-    /// H at a share.
-    fn energy(&mut self, share: f64) -> T {
-        self.go(share);
-        let [q, p] = &self.memory.at;
-        self.system.energy(q, p)
-    }
-
-    /// The integral of ∇H·z, with z scaled, over the shares between two, and the largest sum of its
-    /// terms.
-    fn rise(&mut self, [from, to]: [f64; 2]) -> [f64; 2] {
-        let (mut integral, mut largest) = (0.0, 0.0_f64);
-        let scale = T::from_f64(self.scale);
-        for (node, weight) in GAUSS_LEGENDRE {
-            self.go(from + node * (to - from));
-            let Memory { at: [q, p], slope: [hq, hp] } = &mut *self.memory;
-            self.system.gradient(q, p, hq, hp);
-            let products = self.z[0].iter().zip(&*hq).chain(self.z[1].iter().zip(&*hp));
-            let (mut sum, mut size) = (T::zero(), T::zero());
-            for (&z, &slope) in products {
-                let term = scale * z * slope;
-                sum += term;
-                size += term.abs();
-            }
-            integral += weight * (to - from) * sum.to_f64();
-            largest = largest.max(size.to_f64());
-        }
-        [integral, largest]
-    }
-}
-
-/// The change of H over an interval of shares less the integral of its slope.
-struct Difference {
-    size: f64,
-    /// The change of H, and the integral.
-    changes: [f64; 2],
-    /// A bound of the terms of ∇H·z.
-    slopes: f64,
-    /// A bound of the terms of H and of ∇H·z.
-    terms: f64,
-    /// Whether the integral is good to a sixteenth of the difference, and both are finite.
-    resolved: bool,
-}
-
-impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
-    /// The difference over an interval, by two rules.
-    fn difference(&mut self, [from, to]: [f64; 2]) -> Difference {
-        let middle = 0.5 * (from + to);
-        let [rise, slopes] = self.rise([from, to]);
-        let finer = self.rise([from, middle])[0] + self.rise([middle, to])[0];
-        let (before, after) = (self.energy(from), self.energy(to));
-        let change = (after - before).to_f64();
-        let size = (change - finer).abs();
-        let terms = before.abs().to_f64() + after.abs().to_f64() + slopes;
-        Difference {
-            size,
-            changes: [change, finer],
-            slopes,
-            terms,
-            resolved: size.is_finite() && (rise - finer).abs() <= size / 16.0,
-        }
-    }
-
     /// Whether a difference over an interval remains as the interval is halved, as a rounding does.
     /// That of a thin wall that no node has met dissolves.
     fn is_rounding(&mut self, [mut from, mut to]: [f64; 2], mut size: f64) -> bool {
@@ -154,41 +44,6 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
             size = larger.size;
         }
         true
-    }
-
-    /// Checks that ∇H·z is the slope of H. An error is a large part of it, proportional to the
-    /// interval, and no rounding.
-    fn check_slope(&mut self) -> Result<(), StepFailure> {
-        let [long, middle, short] =
-            [4, 8, 12].map(|power| self.difference([0.0, 2.0_f64.powi(-power)]));
-        let large = long.size > LARGEST_SLOPE_ERROR * 2.0_f64.powi(-4) * long.slopes;
-        let sizes = [long.size, 16.0 * middle.size, 256.0 * short.size];
-        let proportional = sizes.iter().all(|size| (size / long.size - 1.0).abs() < 0.25);
-        if !(long.resolved && large && proportional) || self.becomes_noise() {
-            return Ok(());
-        }
-        let [rise, integral] = long.changes;
-        Err(StepFailure::NotGradient { integral, rise })
-    }
-
-    /// Whether the difference becomes irregular as z is doubled again and again, while it is still a
-    /// large part of the slope, as that of terms which cancel does: where 1 - cos q is 0 for a small
-    /// q, its rounding is all of q²/2, and for a larger q it is that of 1. That of a wrong gradient
-    /// stays proportional to the interval. True where H ends too soon to tell.
-    fn becomes_noise(&mut self) -> bool {
-        let begin = self.scale;
-        let verdict = (0..DOUBLINGS).find_map(|doubling| {
-            self.scale = begin * 2.0_f64.powi(doubling);
-            let [long, short] = [4, 12].map(|power| self.difference([0.0, 2.0_f64.powi(-power)]));
-            if !(long.size.is_finite() && short.size.is_finite()) {
-                return Some(doubling < FEWEST_DOUBLINGS);
-            }
-            let irregular = 256.0 * short.size > LARGEST_LEAP * long.size;
-            let large = short.size > LARGEST_SLOPE_ERROR * 2.0_f64.powi(-12) * short.slopes;
-            irregular.then_some(large)
-        });
-        self.scale = begin;
-        verdict.unwrap_or(false)
     }
 }
 
@@ -217,7 +72,7 @@ fn measure<T: Scalar, S: System<T> + ?Sized>(
         return Ok(largest);
     }
     let mut ray = Ray { system, z: [q, p], scale: 1.0, memory };
-    ray.check_slope()?;
+    check_slope(&mut ray)?;
     let (mut most, mut usual) = (largest * T::EPSILON / BOUND_OVER_MEASURED, 0.0_f64);
     for power in (4..21).rev() {
         let interval = [0.0, 2.0_f64.powi(-power)];
@@ -233,22 +88,6 @@ fn measure<T: Scalar, S: System<T> + ?Sized>(
         }
     }
     Ok(BOUND_OVER_MEASURED * most / T::EPSILON)
-}
-
-/// Checks that ∇H·(q, p) is the slope of H.
-///
-/// # Errors
-/// [`StepFailure::NotGradient`]
-#[cold]
-pub(crate) fn check_gradient<T: Scalar, S: System<T> + ?Sized>(
-    system: &S,
-    q: &[T],
-    p: &[T],
-) -> Result<(), StepFailure> {
-    if T::IS_EXTENDED {
-        return Ok(());
-    }
-    Ray { system, z: [q, p], scale: 1.0, memory: &mut Memory::new(q.len()) }.check_slope()
 }
 
 /// [`measure`] where a few allocations do not matter.

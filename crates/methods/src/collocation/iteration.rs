@@ -10,6 +10,7 @@ use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::{Modes, NODES, Panel, extrapolate, extrapolation, none, rules, value};
+use crate::gradient_check::check_gradient;
 use crate::kernels::reductions::max_norm;
 use crate::legendre::MODES;
 use crate::measured_rounding::EnergyRounding;
@@ -196,7 +197,7 @@ impl<V: Vector> Workspace<V> {
                 }
             }
         }
-        self.energy_rounding.measure(system, state.q.as_slice(), state.p.as_slice())?;
+        check_gradient(system, state.q.as_slice(), state.p.as_slice())?;
         let nodes = self.rules.last().map_or(0, |panels| NODES * panels.len());
         Err(StepFailure::Unresolved { nodes, roundings: self.defect })
     }

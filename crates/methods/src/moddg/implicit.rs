@@ -4,7 +4,7 @@ use super::steps::Steps;
 use super::{ModDg, commit, one_degree_of_freedom};
 use crate::balance::{self, Account};
 use crate::coordinate::{Along, Coordinate, Rates};
-use crate::measured_rounding::check_gradient;
+use crate::gradient_check::check_gradient;
 use afterbay_core::solver::Solver;
 use afterbay_core::{Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector};
 

@@ -76,6 +76,7 @@ pub(super) const CHANGES: &[Change] = &[
     (V, "sin q1", "q1", "q1 where the parenthesis of a function", ""),
     (V, "1e999*q1", "1e999", "1e999 is too large or too small", ""),
     (V, "q1^2/2 + q2^2/2 + 1/q2", "1/q2", "inf in the potential", "start where"),
+    (V, "sqrt(q2^2 + q2^4)", "initial", "= NaN is not finite", "powers of max(x, 0)"),
     (V, "q2^2 + log(q1 - 1.3)", "log(q1 - 1.3)", "NaN in the potential", "start where"),
     ("\"c*p2\"", "\"c*p3\"", "p3", "p3 is beyond the last of 2", ""),
     ("\"c*p2\"", "\"c*v3\"", "v3", "v3 is beyond the last of 2", ""),

@@ -13,7 +13,13 @@ pub(super) const CHANGES: &[Change] = &[
     ("[time]", "[initial]", "initial", "duplicate key", "toml.io"),
     ("[time]\nend = 20.0\nstep = 0.01\n", "", "", "the key time is missing", ""),
     ("[initial]\nq = [2.3]\np = [-3.1]\n", "", "", "the key initial is missing", ""),
-    ("name = \"damped-oscillator\"\n", "", "[system]", "the key name is missing", ""),
+    (
+        "name = \"damped-oscillator\"\n",
+        "",
+        "[system]",
+        "the key name is missing",
+        "name = \"custom\"",
+    ),
     ("end = 20.0\n", "", "[time]", "the key end is missing", ""),
     ("p = [-3.1]\n", "", "[initial]", "the key p is missing", ""),
     (
