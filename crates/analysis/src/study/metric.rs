@@ -73,7 +73,6 @@ impl Metric {
     }
 
     /// The distance of two states.
-    #[inline]
     pub(super) fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
         self.in_units(self.difference(a, b)).fold(0.0, f64::max)
     }

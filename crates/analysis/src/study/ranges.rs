@@ -15,7 +15,6 @@ impl<T: Scalar> Ranges<T> {
     }
 
     /// Widens the ranges by a state, whose motors do not count.
-    #[inline]
     pub(super) fn see(&mut self, state: StateRef<'_, T>) {
         let dof = self.0.len() / 2;
         let entries = state.q[..dof].iter().chain(&state.p[..dof]);

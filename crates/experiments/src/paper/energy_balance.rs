@@ -12,9 +12,7 @@ use afterbay_analysis::statistics::median;
 use afterbay_analysis::study::energy::{self, EnergyRow, EnergyRun};
 use afterbay_analysis::study::global_order;
 use afterbay_analysis::study::local_order::{LocalOrder, Trace};
-use afterbay_core::{IntegrateError, Quad};
-use afterbay_methods::registry::Row;
-use rayon::prelude::*;
+use afterbay_core::Quad;
 use serde::Serialize;
 
 pub(super) const PART: Part = Part {
@@ -110,13 +108,12 @@ fn local_errors(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Traces, ReportEr
     let compared = compared.into_iter().flat_map(|row| [(row, FIGURE_STEP), (row, BASE_STEP)]);
     let shown: Vec<_> = raised.chain(compared).collect();
     paper.progress.begin("local errors over time", shown.len());
-    let trace = |(row, h): (&'static Row, f64)| -> Result<_, IntegrateError> {
+    let mut traces = Vec::new();
+    for (row, h) in shown {
         let study = LocalOrder { base_step: BASE_STEP, steps: vec![h] };
-        let trace = study.trace::<Quad>(&oscillator(), row, h)?;
+        traces.push((row.name, h, study.trace::<Quad>(&oscillator(), row, h)?));
         paper.progress.advance();
-        Ok((row.name, h, trace))
-    };
-    let traces = shown.into_par_iter().map(trace).collect::<Result<Vec<_>, _>>()?;
+    }
     let mut rows = Vec::new();
     for (method, h, trace) in &traces {
         for (i, errors) in trace.iter().enumerate().step_by(10) {
