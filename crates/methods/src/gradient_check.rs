@@ -1,15 +1,20 @@
 //! A check that the gradient of a system is that of its energy, where K is lost along (q, p) and no
 //! rounding that is known explains it.
 
-use crate::ray::{Memory, Ray};
+use crate::measured_rounding::EXPLAINED_ROUNDINGS;
+use crate::ray::{Difference, Memory, Ray};
 use afterbay_core::{Scalar, StepFailure, System};
 
 /// The error of ∇H·z, as a share of its terms, from which on ∇H may not be the gradient of H. A
 /// choice: mistakes are larger. Roundings of ∇H of this size differ from node to node, so that the
 /// integral is not resolved.
 const LARGEST_SLOPE_ERROR: f64 = 1e-8;
-/// The relative change of the slope error over an interval of 2^-4 z. A choice: it is about 2^-4.
+/// The relative change of the slope error over the longest interval of a check. A choice: it is
+/// about 2^-4 over 2^-4 z.
 const UNEVEN: f64 = 0.25;
+/// The powers of 1/2 whose shares of z are the longest interval of a check, one after the other. A
+/// choice: the shortest is below the waves of cos q up to |q| of some hundreds.
+const LONGEST: [i32; 4] = [4, 6, 8, 10];
 /// The number of times that z is doubled at most. A choice: from the least number whose square is
 /// normal, 1e-154, to beyond 1.
 const DOUBLINGS: i32 = 520;
@@ -36,39 +41,71 @@ pub(crate) fn check_gradient<T: Scalar, S: System<T> + ?Sized>(
 }
 
 /// Checks that ∇H·z is the slope of H. An error is a large part of it, proportional to the
-/// interval, and no rounding.
+/// interval, and no rounding. It shows over an interval that is shorter than the waves of H.
 ///
 /// # Errors
 /// [`StepFailure::NotGradient`]
 pub(crate) fn check_slope<T: Scalar, S: System<T> + ?Sized>(
     ray: &mut Ray<'_, T, S>,
 ) -> Result<(), StepFailure> {
-    let [long, middle, short] = [4, 8, 12].map(|power| ray.difference([0.0, 2.0_f64.powi(-power)]));
-    let large = long.size > LARGEST_SLOPE_ERROR * 2.0_f64.powi(-4) * long.slopes;
-    let shares = [16.0 * middle.size, 256.0 * short.size].map(|size| size / long.size);
-    let proportional = shares.iter().all(|share| (share - 1.0).abs() < UNEVEN);
-    if !(long.resolved && large && proportional) || becomes_noise(ray) {
-        return Ok(());
+    for power in LONGEST {
+        let [long, middle, short] = differences(ray, power);
+        let large =
+            is_large(&long, power) && long.size > EXPLAINED_ROUNDINGS * T::EPSILON * long.terms;
+        if long.resolved && !large {
+            return Ok(());
+        }
+        let proportional = is_share(&middle, &long, 16.0) && is_share(&short, &long, 256.0);
+        if long.resolved && proportional {
+            if becomes_noise(ray) {
+                return Ok(());
+            }
+            let [rise, integral] = long.changes;
+            return Err(StepFailure::NotGradient { integral, rise });
+        }
     }
-    let [rise, integral] = long.changes;
-    Err(StepFailure::NotGradient { integral, rise })
+    Ok(())
+}
+
+/// The differences over intervals of 2^-power, 2^-(power + 4) and 2^-(power + 8) z.
+fn differences<T: Scalar, S: System<T> + ?Sized>(
+    ray: &mut Ray<'_, T, S>,
+    power: i32,
+) -> [Difference; 3] {
+    [0, 4, 8].map(|more| ray.difference([0.0, 2.0_f64.powi(-power - more)]))
+}
+
+/// Whether a difference over 2^-power z is a large part of the slope.
+fn is_large(difference: &Difference, power: i32) -> bool {
+    difference.size > LARGEST_SLOPE_ERROR * 2.0_f64.powi(-power) * difference.slopes
+}
+
+/// Whether a difference is the share of that over an interval `ratio` times as long.
+fn is_share(short: &Difference, long: &Difference, ratio: f64) -> bool {
+    (ratio * short.size / long.size - 1.0).abs() < UNEVEN
 }
 
 /// Whether the difference becomes irregular as z is doubled again and again, while it is still a
 /// large part of the slope, as that of terms which cancel does: where 1 - cos q is 0 for a small
 /// q, its rounding is all of q²/2, and for a larger q it is that of 1. That of a wrong gradient
 /// stays proportional to the interval. True where H ends too soon to tell.
+///
+/// Where an interval holds several waves of H, as of cos q for a large q, its integral is not
+/// resolved, or the difference over it happens to be small. Those over the shorter intervals stay
+/// proportional there.
 fn becomes_noise<T: Scalar, S: System<T> + ?Sized>(ray: &mut Ray<'_, T, S>) -> bool {
     let begin = ray.scale;
     let verdict = (0..DOUBLINGS).find_map(|doubling| {
         ray.scale = begin * 2.0_f64.powi(doubling);
-        let [long, short] = [4, 12].map(|power| ray.difference([0.0, 2.0_f64.powi(-power)]));
+        let all = differences(ray, 4);
+        let [long, middle, short] = &all;
         if !(long.size.is_finite() && short.size.is_finite()) {
             return Some(doubling < FEWEST_DOUBLINGS);
         }
-        let irregular = 256.0 * short.size > IRREGULAR * long.size;
-        let large = short.size > LARGEST_SLOPE_ERROR * 2.0_f64.powi(-12) * short.slopes;
-        irregular.then_some(large)
+        let irregular = all.iter().all(|difference| difference.resolved)
+            && 256.0 * short.size > IRREGULAR * long.size
+            && !is_share(short, middle, 16.0);
+        irregular.then(|| is_large(short, 12))
     });
     ray.scale = begin;
     verdict.unwrap_or(false)

@@ -8,7 +8,7 @@ use afterbay_core::{Scalar, StepFailure, System};
 /// The error of H, in roundings of |H| and of the terms of ∇H·z, that needs no cancellation: below
 /// all bounds of the change of K, which are 16 of these roundings or more, so that no step falls
 /// between the two. A choice.
-const EXPLAINED_ROUNDINGS: f64 = 4.0;
+pub(crate) const EXPLAINED_ROUNDINGS: f64 = 4.0;
 /// The ratio of the bound of the rounding error to the largest of those measured. A choice: there
 /// are few of them.
 const BOUND_OVER_MEASURED: f64 = 4.0;
