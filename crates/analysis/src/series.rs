@@ -9,14 +9,19 @@ use crate::measured::Doubt;
 use crate::progress::Progress;
 use crate::solution::twice_apart;
 use crate::{Model, Solution};
-use afterbay_core::taylor::Pace;
+use afterbay_core::taylor::{InUnits, Pace};
 use afterbay_core::{Flow, InputError, IntegrateError, Scalar, State, StateRef};
 use afterbay_systems::catalog::{Enclosure, Expandable};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// The least number of times at which the two runs are compared, since they may meet by chance at a
 /// single one.
 const COMPARED: usize = 256;
+
+/// The largest |log2 h| of a step in the unit 1. A choice: series have 24 terms, so that a
+/// coefficient is below 2^960 beside the state, if the motion is 2^10 times faster than the step.
+const FAR: f64 = 30.0;
 
 /// The number of progress reports of one solution.
 const TOLD: usize = 200;
@@ -85,6 +90,14 @@ fn by_flow<T: Scalar>(
     Ok(solution)
 }
 
+/// The unit of time in which series are computed at steps h: 1, or the power of two next to a step
+/// far from 1.
+fn unit_of_time(h: f64) -> f64 {
+    let power = h.abs().log2().round();
+    let is_far = power.abs() > FAR && power.abs() < f64::from(f64::MAX_EXP);
+    if is_far { power.exp2() } else { 1.0 }
+}
+
 /// The solution by Taylor series at the times `i h`, i = 0..=count.
 fn by_series<T: Expandable>(
     model: &Model,
@@ -93,22 +106,39 @@ fn by_series<T: Expandable>(
     count: usize,
     progress: &dyn Progress,
 ) -> Result<Solution<T>, IntegrateError> {
-    let (system, ranges) = model.expanded::<T>()?;
-    let dof = system.dof();
-    let defect = Enclosure::new(ranges);
     let between = COMPARED.div_ceil(count.max(1));
     let (fine_h, fine_count) = (h / T::from_f64(between as f64), count * between);
+    let unit = unit_of_time(fine_h.to_f64());
+    let (mut system, mut ranges) = model.expanded::<T>()?;
+    if unit != 1.0 {
+        system = Arc::new(InUnits::new(system, unit));
+        ranges = Arc::new(InUnits::new(ranges, unit));
+    }
+    let (dof, defect) = (system.dof(), Enclosure::new(ranges));
+    let [scale, inverse] = [unit, unit.recip()].map(T::from_f64);
+    let times = (fine_h * inverse, fine_count);
+    let scaled = State {
+        w: start.w.iter().map(|&w| w * scale).collect(),
+        t: start.t * inverse,
+        ..start.clone()
+    };
     let run = |pace: Pace, told: bool| -> Result<Option<Solution<T>>, InputError> {
         let mut states = Solution::with_room(dof, fine_count + 1);
         let pace = pace.within(most_strides::<T>(dof));
+        let mut w = vec![T::zero(); dof];
         let mut see = |state: StateRef<'_, T>| {
-            states.push(state);
+            w.iter_mut().zip(state.w).for_each(|(w, &scaled)| *w = scaled * inverse);
+            states.push(StateRef { w: &w, t: state.t * scale, ..state });
             if told && states.len() % fine_count.div_ceil(TOLD).max(1) == 0 {
                 progress.reference(states.len() as f64 / (fine_count + 1) as f64);
             }
         };
-        let (times, stop) = ((fine_h, fine_count), || progress.stopped());
-        let route = T::follow((&*system, &defect), start, times, pace, &stop, &mut see)?;
+        let stop = || progress.stopped();
+        let route = T::follow((&*system, &defect), &scaled, times, pace, &stop, &mut see);
+        let route = route.map_err(|error| match error {
+            InputError::SolutionEnds { t } => InputError::SolutionEnds { t: t * unit },
+            error => error,
+        })?;
         Ok((!route.interrupted).then_some(states))
     };
     let (states, check) = rayon::join(|| run(Pace::FULL, true), || run(Pace::CHECK, false));

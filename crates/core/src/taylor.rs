@@ -13,11 +13,13 @@ mod expansion;
 mod kink;
 mod reach;
 mod trajectory;
+mod units;
 
 pub use corrections::corrections;
 pub use defect::{Defect, Enclosed, SAMPLES, Sampled};
 pub use expansion::{Expansion, expand};
 pub use trajectory::{Pace, Route, follow, trajectory};
+pub use units::InUnits;
 
 #[cfg(test)]
 mod tests;
