@@ -39,7 +39,7 @@ use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{
     Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, two_sum, validate,
 };
-use balance::Balance;
+use balance::{Balance, Norm};
 
 /// A splitting method whose drifts and kicks are those of a composition.
 #[derive(Clone, Debug, PartialEq)]
@@ -149,17 +149,21 @@ where
         workspace.begin(system, state);
         let iterations = workspace.sweep(system, h)?;
         let target = workspace.target();
-        match workspace.project(system, target[0], state)? {
+        let mut balance = workspace.project(system, target[0], state, Norm::Euclidean)?;
+        if let Balance::Unrestored { .. } = balance {
+            workspace.begin_again(system, h, state)?;
+            evaluations *= 2;
+            balance = workspace.project(system, target[0], state, Norm::OfChanges)?;
+        }
+        match balance {
             Balance::Kept => {}
             Balance::Restored { gradients } => evaluations += gradients,
             Balance::Unrestored { excess } => {
-                // The end before the projection.
-                workspace.copy(state);
-                workspace.sweep(system, h)?;
+                workspace.begin_again(system, h, state)?;
                 if !workspace.is_noise(system, target[0], state)? {
                     return Err(StepFailure::ProjectionFailed { excess });
                 }
-                evaluations = 2 * evaluations + 1;
+                evaluations += evaluations / 2 + 1;
             }
         }
         let Workspace { q, p, gain, w, .. } = &mut *workspace;
@@ -193,6 +197,21 @@ impl<V: Vector> Workspace<V> {
     fn copy(&mut self, state: &State<V>) {
         self.q.as_mut_slice().copy_from_slice(state.q.as_slice());
         self.p.as_mut_slice().copy_from_slice(state.p.as_slice());
+    }
+
+    /// The end of the step before the projection.
+    #[cold]
+    fn begin_again<S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> Result<(), StepFailure>
+    where
+        S: Separable<V::Scalar> + ?Sized,
+    {
+        self.copy(state);
+        self.sweep(system, h).map(drop)
     }
 
     /// H at the end of the step and its rounding error: gains far below the rounding of H add up.

@@ -14,6 +14,7 @@ use crate::adaptive::{
     Budget, KINK_ORDER, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides, balance_by_motor,
 };
 use crate::collocation;
+use crate::kernels::reductions::max_norm;
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
 };
@@ -35,6 +36,10 @@ const SHORTEST_STRETCH: f64 = 0.5;
 /// The largest factor by which a step is multiplied where the contraction of sweeps permits it. A
 /// choice, for the same reason.
 const LONGEST_STRETCH: f64 = 2.0;
+/// The change in a sweep that is rounding, in roundings of the entries. A choice.
+const NOISE_ROUNDINGS: f64 = 4.0;
+/// The ratio of the changes of two sweeps above which they do not contract. A choice.
+const STALLED: f64 = 0.7;
 /// The error of the solver relative to the error allowed of the step; between 0 and 1. A choice.
 const SOLVER_SHARE: f64 = 0.1;
 /// The error of a step, relative to the allowed one, below which sweeps and not the error limit the
@@ -131,7 +136,11 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             self.stiff.record_newton(length);
             return Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort });
         }
-        let sweeps = self.sweeps(system, h, state, scales, share)?;
+        let sweeps = self.sweeps(system, h, state, scales, share);
+        if let Err(StepFailure::NotContracting { .. }) = sweeps {
+            self.stiff.record_swept(length, true, true);
+        }
+        let sweeps = sweeps?;
         let mut effort = Self::spent(sweeps);
         self.finish(system, state);
         self.see_fastest(system);
@@ -288,8 +297,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         scales: [f64; 3],
         share: f64,
     ) -> Result<u32, StepFailure> {
-        // Changes up to this size are rounding.
-        let noise = 4.0 * V::Scalar::EPSILON;
+        // Changes up to this size may be rounding.
+        let noise = NOISE_ROUNDINGS * V::Scalar::EPSILON;
         let noise = noise / self.budget.relative().max(noise);
         let inverse = scales.map(f64::recip);
         let phase = h.to_f64() * self.fastest;
@@ -310,7 +319,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             // may hide. The first change does not predict the next.
             let n = f64::from(2 * sweeps);
             let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
-            if change <= noise || change * rate <= SOLVER_SHARE * share {
+            let is_noise = || sweeps > 3 && ratio > STALLED || self.are_roundings(moved, h, state);
+            if change * rate <= SOLVER_SHARE * share || (change <= noise && is_noise()) {
                 self.contraction = if sweeps == 1 {
                     0.0
                 } else {
@@ -318,7 +328,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 };
                 return Ok(sweeps);
             }
-            if sweeps == MOST_SWEEPS || (sweeps > 3 && ratio > 0.7) {
+            if sweeps == MOST_SWEEPS || (sweeps > 3 && ratio > STALLED) {
                 let dof = self.trial.restless(system);
                 return Err(StepFailure::NotContracting { dof, iterations: sweeps, ratio });
             }
@@ -326,6 +336,23 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         }
         let dof = self.trial.restless(system);
         Err(StepFailure::NotContracting { dof, iterations: MOST_SWEEPS, ratio: f64::NAN })
+    }
+
+    /// Whether changes of q, p and w are roundings of their sizes in the step. The tolerance does
+    /// not tell: where an entry is far below the largest of the run, the error allowed of it is far
+    /// above its rounding.
+    fn are_roundings(&self, moved: [f64; 3], h: V::Scalar, state: &State<V>) -> bool {
+        let Stages { q, p, loss, .. } = &self.trial;
+        let size = |start: &V, at: &V| max_norm(start.as_slice()).max(max_norm(at.as_slice()));
+        let last = K - 1;
+        let gain = h.to_f64().abs() * max_norm(loss[last].as_slice());
+        let sizes = [
+            size(&state.q, &q[last]),
+            size(&state.p, &p[last]),
+            max_norm(state.w.as_slice()).max(gain),
+        ];
+        let largest = NOISE_ROUNDINGS * V::Scalar::EPSILON;
+        moved.iter().zip(sizes).all(|(&moved, size)| moved <= largest * size)
     }
 
     /// Computes z1 and the increments of the reservoirs.

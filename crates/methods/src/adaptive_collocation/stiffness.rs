@@ -41,9 +41,10 @@ impl Stiffness {
     }
 
     /// Records a step by sweeps: whether sweeps limited it, and whether it is far more accurate
-    /// than required.
+    /// than required. What sweeps leave may make one of several steps less accurate.
     pub(super) fn record_swept(&mut self, h: f64, limited: bool, far: bool) {
-        self.limited_steps = if far { self.limited_steps + u64::from(limited) } else { 0 };
+        let before = self.limited_steps;
+        self.limited_steps = if far { before + u64::from(limited) } else { before / 2 };
         if self.limited_steps >= self.wait {
             *self = Self { uses_newton: true, limited_steps: 0, tried: 0, trial_h: h, ..*self };
         }

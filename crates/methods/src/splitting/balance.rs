@@ -17,6 +17,16 @@ const MOST_PROJECTIONS: u64 = 3;
 /// Roundings of q and p that a projection may move them by, however short the step. A choice.
 const ROUNDINGS: f64 = 64.0;
 
+/// The norm in which the change of (q, p) by a projection is smallest.
+#[derive(Clone, Copy)]
+pub(super) enum Norm {
+    /// That of all numbers as they are.
+    Euclidean,
+    /// In units of the changes of q and of p over the step. Where v is nearly 0, ∂H/∂p is far below
+    /// ∂H/∂q, and in units in which p is small the Euclidean projection still moves p, too far.
+    OfChanges,
+}
+
 /// K at the end of a step.
 pub(super) enum Balance {
     /// It is exact to rounding.
@@ -35,6 +45,7 @@ impl<V: Vector> Workspace<V> {
         system: &S,
         target: V::Scalar,
         state: &State<V>,
+        norm: Norm,
     ) -> Result<Balance, StepFailure>
     where
         S: Separable<V::Scalar> + ?Sized,
@@ -42,12 +53,20 @@ impl<V: Vector> Workspace<V> {
         let gained = sum([self.gain.as_slice()], |[gain]| gain.abs());
         let size = self.energy[0].abs() + gained;
         let ends = [(&self.q, &state.q), (&self.p, &state.p)];
-        let [change, most] = ends.iter().fold([0.0_f64; 2], |[change, most], (end, start)| {
+        let sizes = ends.map(|(end, start)| {
             let [end, start] = [end, start].map(|z| &z.as_slice()[..self.first_motor]);
-            let moved = largest_difference(end, start).to_f64();
-            [change.max(moved), most.max(max_norm(end))]
+            [largest_difference(end, start).to_f64(), max_norm(end)]
         });
-        let allowed = LARGEST_SHARE * change + ROUNDINGS * V::Scalar::EPSILON * most;
+        let allowed = |[change, most]: [f64; 2]| {
+            LARGEST_SHARE * change + ROUNDINGS * V::Scalar::EPSILON * most
+        };
+        let (scales, share) = match norm {
+            Norm::Euclidean => {
+                let [q, p] = sizes;
+                ([1.0; 2], allowed([q[0].max(p[0]), q[1].max(p[1])]))
+            }
+            Norm::OfChanges => (sizes.map(allowed), 1.0),
+        };
         let Self { q, p, hq, hp, .. } = self;
         let mut energy = system.energy(q.as_slice(), p.as_slice());
         // Near rest a rounding of K may take more than a small projection.
@@ -64,7 +83,7 @@ impl<V: Vector> Workspace<V> {
             system.gradient(q.as_slice(), p.as_slice(), hq, hp);
             let slope = [&*hq, &*hp];
             let size = size.to_f64();
-            let projection = Projection { slope, target, size, scales: [1.0; 2], share: allowed };
+            let projection = Projection { slope, target, size, scales, share };
             projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], energy).is_ok()
         };
         // A long projection ends where its slope is no longer that of H.
