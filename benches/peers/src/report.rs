@@ -60,6 +60,7 @@ pub fn write(all: &[(Scene, Vec<Row>)], folder: &Path) -> Result<(), StorageErro
         system: system(row),
         method: row.method,
         h: row.h.or(row.tolerance).unwrap_or_default(),
+        point: None,
         outcome: row.outcome.into(),
         failure: row.failure.clone(),
     });

@@ -13,6 +13,10 @@ pub use binding::Lanes;
 pub use binding::is_linear;
 use binding::split;
 
+/// The most degrees of freedom of a built-in system. A choice: its equations take some 2 kilobytes
+/// each.
+const MOST_DEGREES: f64 = 1e6;
+
 /// A system and its parameters.
 #[derive(Clone, Debug)]
 pub enum Model {
@@ -34,8 +38,8 @@ pub enum ModelError {
         /// The name asked for.
         name: String,
     },
-    /// A number of degrees of freedom that is not whole.
-    #[error("parameter {name} = {value:?} must be a whole number")]
+    /// A number of degrees of freedom that is not whole, or too large.
+    #[error("parameter {name} = {value:?} must be a whole number, at most {MOST_DEGREES:e}")]
     Whole {
         /// Its name.
         name: String,
@@ -204,7 +208,7 @@ impl Model {
         };
         let index = row.parameters.iter().position(|parameter| parameter.name == name);
         let index = index.ok_or_else(|| ModelError::NoParameter { name: name.into() })?;
-        if row.is_count(index) && !(value.fract() == 0.0 && (0.0..=1e9).contains(&value)) {
+        if row.is_count(index) && !(value.fract() == 0.0 && (0.0..=MOST_DEGREES).contains(&value)) {
             return Err(ModelError::Whole { name: name.into(), value });
         }
         let mut values = values.clone();

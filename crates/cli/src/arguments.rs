@@ -55,6 +55,13 @@ pub(crate) fn refused(mut error: clap::Error) -> clap::Error {
     error
 }
 
+/// Whether `--format json` is among the arguments, which may be wrong otherwise.
+pub(crate) fn asks_for_json() -> bool {
+    let given: Vec<_> = std::env::args_os().collect();
+    given.iter().any(|x| x == "--format=json")
+        || given.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
+}
+
 /// The end of the help text.
 fn after_help() -> String {
     format!("{FIRST_STEPS}\n\n{}", exit_code::HELP)

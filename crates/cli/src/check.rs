@@ -6,8 +6,8 @@ use crate::table::Column;
 use crate::{scene, table};
 use afterbay_analysis::Model;
 use afterbay_analysis::study::dynamics::DynamicsPlan;
-use afterbay_experiments::experiment;
 use afterbay_experiments::scene::{Scene, Studies, WorkPrecisionPlan};
+use afterbay_experiments::{counted, experiment, in_full};
 use afterbay_methods::registry::Row;
 use serde::Serialize;
 use std::path::Path;
@@ -69,8 +69,8 @@ fn kept(every: u64) -> String {
     if every == 1 { "every state kept".into() } else { format!("every {every} steps a state kept") }
 }
 
-fn steps(count: usize) -> String {
-    if count == 1 { "1 step".into() } else { format!("{count} steps") }
+fn steps<T>(steps: &[T]) -> String {
+    counted(steps.len(), "step")
 }
 
 fn plan(what: &'static str, methods: &[&'static Row], detail: String) -> Plan {
@@ -82,7 +82,7 @@ fn plans(scene: &Scene) -> Vec<Plan> {
     plans.extend(accuracy(&scene.studies).into_iter().flatten());
     plans.extend(attractors(scene).into_iter().flatten());
     plans.extend(scene.sweep.as_ref().map(|sweep| {
-        let detail = format!("{} points over {}", sweep.count(), sweep.names.join(", "));
+        let detail = format!("{} over {}", counted(sweep.count(), "point"), sweep.names.join(", "));
         plan("sweep", &[], detail)
     }));
     plans
@@ -91,10 +91,18 @@ fn plans(scene: &Scene) -> Vec<Plan> {
 /// The trajectories, their events and their figures.
 fn runs(scene: &Scene) -> Vec<Plan> {
     let Some(run) = &scene.run else { return Vec::new() };
-    let steps = steps((scene.problem.end / scene.step).round() as usize);
+    let (step, steps) = (scene.step, (scene.problem.end / scene.step).round());
     let methods: Vec<_> = run.methods.iter().chain(&run.adaptive).copied().collect();
     let tolerance = run.tolerance.map_or(String::new(), |x| format!(", tolerance {x:e}"));
-    let detail = format!("{steps} of {}, {}{tolerance}", scene.step, kept(run.every));
+    let kept = match run.sample {
+        Some(spacing) => {
+            let states = (scene.problem.end / spacing).floor() + 1.0;
+            format!("{} at multiples of {}", counted(in_full(states), "state"), in_full(spacing))
+        }
+        None => kept(run.every),
+    };
+    let steps = counted(in_full(steps), "step");
+    let detail = format!("{steps} of {}, {kept}{tolerance}", in_full(step));
     let mut plans = vec![plan("run", &methods, detail)];
     if let Err(error) = scene.refuse_changes() {
         plans.push(plan("events", &[], error.problem.to_string()));
@@ -112,37 +120,38 @@ fn accuracy(studies: &Studies) -> [Option<Plan>; 6] {
     [
         studies.local_order.as_ref().map(|of| {
             let detail =
-                format!("{} on a grid of {}", steps(of.study.steps.len()), of.study.base_step);
+                format!("{} on a grid of {}", steps(&of.study.steps), in_full(of.study.base_step));
             plan("local-order", &of.methods, detail)
         }),
-        studies
-            .global_order
-            .as_ref()
-            .map(|of| plan("global-order", &of.methods, steps(of.steps.len()))),
+        studies.global_order.as_ref().map(|of| plan("global-order", &of.methods, steps(&of.steps))),
         studies.energy.as_ref().map(|of| {
-            plan("energy", &of.methods, format!("steps of {}, {}", of.step, kept(of.every)))
+            plan(
+                "energy",
+                &of.methods,
+                format!("steps of {}, {}", in_full(of.step), kept(of.every)),
+            )
         }),
         studies.work_precision.as_ref().map(cost),
         studies.stability.as_ref().map(|of| {
-            let (steps, values) = (steps(of.steps.len()), of.values.len());
-            let detail = format!("{steps} by {values} values of {}", of.parameter);
+            let (steps, values) = (steps(&of.steps), counted(of.values.len(), "value"));
+            let detail = format!("{steps} by {values} of {}", of.parameter);
             plan("stability", &of.methods, detail)
         }),
-        studies
-            .long_run
-            .as_ref()
-            .map(|of| plan("long-run", &of.methods, format!("{} steps of {}", of.count, of.step))),
+        studies.long_run.as_ref().map(|of| {
+            plan(
+                "long-run",
+                &of.methods,
+                format!("{} of {}", counted(of.count, "step"), in_full(of.step)),
+            )
+        }),
     ]
 }
 
 /// Work against precision.
 fn cost(of: &WorkPrecisionPlan) -> Plan {
     let methods: Vec<_> = of.methods.iter().chain(&of.adaptive).copied().collect();
-    let tolerances = match of.tolerances.len() {
-        1 => "1 tolerance".to_owned(),
-        count => format!("{count} tolerances"),
-    };
-    let details = [(steps(of.steps.len()), &of.methods), (tolerances, &of.adaptive)];
+    let tolerances = counted(of.tolerances.len(), "tolerance");
+    let details = [(steps(&of.steps), &of.methods), (tolerances, &of.adaptive)];
     let details: Vec<_> =
         details.into_iter().filter(|(_, rows)| !rows.is_empty()).map(|(text, _)| text).collect();
     plan("work-precision", &methods, details.join(", "))
@@ -154,22 +163,21 @@ fn attractors(scene: &Scene) -> [Option<Plan>; 6] {
     [
         studies.poincare.as_ref().map(|of| {
             of_each(of, "poincare", |study| {
-                let (states, starts) = (study.points, study.starts.len());
-                let runs = if starts == 1 { "run" } else { "runs" };
+                let (states, starts) = (study.points, counted(study.starts.len(), "run"));
                 let section = study.section.describe(model);
-                format!(", {states} states of {starts} {runs}, {section}")
+                format!(", {} of {starts}, {section}", counted(states, "state"))
             })
         }),
         studies.bifurcation.as_ref().map(|of| {
             of_each(of, "bifurcation", |study| {
-                let (count, parameter) = (study.values.len(), &study.parameter);
+                let (values, parameter) = (counted(study.values.len(), "value"), &study.parameter);
                 let section = study.section.describe(model);
-                format!(", {count} values of {parameter}, {section}")
+                format!(", {values} of {parameter}, {section}")
             })
         }),
         studies.resonance.as_ref().map(|of| {
             of_each(of, "resonance", |study| {
-                format!(", {} values of {}", study.values.len(), study.parameter)
+                format!(", {} of {}", counted(study.values.len(), "value"), study.parameter)
             })
         }),
         studies.basins.as_ref().map(|of| {
@@ -181,7 +189,7 @@ fn attractors(scene: &Scene) -> [Option<Plan>; 6] {
         }),
         studies.lyapunov.as_ref().map(|of| {
             of_each(of, "lyapunov", |study| {
-                format!(", {} rows over t = {}", study.rows, study.time)
+                format!(", {} over t = {}", counted(study.rows, "row"), in_full(study.time))
             })
         }),
         studies.limit_cycle.as_ref().map(|of| {
@@ -197,5 +205,5 @@ fn attractors(scene: &Scene) -> [Option<Plan>; 6] {
 
 /// The plan of a study of methods at several steps.
 fn of_each<S>(of: &DynamicsPlan<S>, what: &'static str, detail: impl Fn(&S) -> String) -> Plan {
-    plan(what, &of.methods, steps(of.steps.len()) + &detail(&of.study))
+    plan(what, &of.methods, steps(&of.steps) + &detail(&of.study))
 }

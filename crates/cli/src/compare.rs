@@ -23,6 +23,10 @@ pub(crate) fn run(arguments: &CompareArguments, format: Format) -> Result<ExitCo
     let &CompareArguments { ref a, ref b, ref out, force, files } = arguments;
     let Comparison { output, findings, scenes, tables } =
         compare::compare(a, b).map_err(Failure::compare)?;
+    let is_out = |folder: &Path| folder.canonicalize().ok() == out.canonicalize().ok();
+    if out.exists() && (is_out(a) || is_out(b)) {
+        return Err(Failure::compared(out));
+    }
     experiment::own_folder(out, &output.manifest, force)?;
     output.write(out, files.into()).map_err(Failure::storage)?;
     match format {

@@ -3,8 +3,7 @@
 use crate::arguments::{Format, SceneArguments};
 use crate::bars::Bars;
 use crate::failure::{Failure, code_of_results};
-use crate::table::Column;
-use crate::{interrupt, scene, shard, table};
+use crate::{incomplete, interrupt, scene, shard, table};
 use afterbay_analysis::study::outcome::COMPLETED;
 use afterbay_experiments::experiment::{Cells, Results};
 use afterbay_experiments::journal::{Journal, Shard, Start};
@@ -129,24 +128,6 @@ pub(crate) fn print(findings: &[Finding], runs: &[RunOutcome], out: &Path) -> Re
         };
         table::text(&format!("{mark}{}: {}", finding.topic, finding.statement))?;
     }
-    let failed: Vec<_> = runs.iter().filter(|run| run.outcome != COMPLETED).collect();
-    if !failed.is_empty() {
-        let h = |run: &RunOutcome| table::number(run.h);
-        let rows = failed
-            .iter()
-            .map(|run| vec![run.study.into(), run.method.into(), h(run), run.outcome.clone()]);
-        let columns = [
-            Column::of("study", 2),
-            Column::of("method", 0),
-            Column::of("h", 1),
-            Column::words("did not complete", 0, 16),
-        ];
-        table::print(&columns, rows)?;
-        for run in failed {
-            if let Some(why) = &run.failure {
-                table::text(&format!("{} with h = {}: {why}", run.method, h(run)))?;
-            }
-        }
-    }
+    incomplete::print(runs, out)?;
     table::text(&format!("Report: {}", out.join("report.html").display()))
 }

@@ -4,6 +4,7 @@ use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
 use crate::interrupt;
 use afterbay_experiments::ReportError;
 use afterbay_experiments::compare::CompareError;
+use afterbay_experiments::counted;
 use afterbay_experiments::journal::JournalError;
 use afterbay_experiments::scene::SceneError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
@@ -34,6 +35,9 @@ pub(crate) enum Trouble {
     #[error("{} holds results of `afterbay {command}`", folder.display())]
     #[diagnostic(help("give another folder with --out DIR"))]
     OfAnother { folder: PathBuf, command: String },
+    #[error("{} is one of the two results", folder.display())]
+    #[diagnostic(help("give another folder with --out DIR"))]
+    Compared { folder: PathBuf },
     #[error("the file {} exists", path.display())]
     #[diagnostic(help(
         "give another file with --write FILE.toml, or overwrite this one with --force"
@@ -54,6 +58,8 @@ pub(crate) enum Trouble {
         text: NamedSource<String>,
         #[label("here")]
         span: Option<SourceSpan>,
+        /// The line and the column, counted from 1.
+        place: Option<[usize; 2]>,
     },
     #[error("the results cannot be compared")]
     #[diagnostic(help("{}", .0.help()))]
@@ -67,7 +73,7 @@ pub(crate) enum Trouble {
     #[error("the parts cannot be joined")]
     #[diagnostic(help("{}", journal_help(.0)))]
     Merge(#[source] Box<JournalError>),
-    #[error("{} of {all} cells are missing: {}", .missing, .first)]
+    #[error("{missing} of {} missing: {first}", counted(all, "cell"))]
     #[diagnostic(help(
         "run the shares that are missing, or those that stopped with --resume, and merge again"
     ))]
@@ -94,6 +100,21 @@ pub(crate) struct FailureJson {
     exit_code: u8,
 }
 
+impl FailureJson {
+    /// What is wrong with the command line. What follows the message says how it is used.
+    pub(crate) fn usage(error: &clap::Error) -> Self {
+        let text = error.render().to_string();
+        let (message, help) = text.split_once("\n\n").unwrap_or((&text, ""));
+        Self {
+            error: message.trim_start_matches("error: ").trim().to_owned(),
+            causes: Vec::new(),
+            help: Some(help.trim().to_owned()),
+            place: None,
+            exit_code: USAGE,
+        }
+    }
+}
+
 /// The exit code of a command that has written its results, some of which may be failures.
 pub(crate) fn code_of_results(failed: bool) -> ExitCode {
     interrupt::exit_code().unwrap_or(ExitCode::from(if failed { FAILED } else { 0 }))
@@ -108,13 +129,7 @@ impl Failure {
     pub(crate) fn json(&self) -> FailureJson {
         let trouble = &*self.diagnostic;
         let causes = std::iter::successors(std::error::Error::source(trouble), |e| e.source());
-        let place = match trouble {
-            Trouble::Scene { text, span: Some(span), .. } => {
-                let before = text.inner().get(..span.offset()).unwrap_or_default();
-                Some(place_after(before))
-            }
-            _ => None,
-        };
+        let place = if let Trouble::Scene { place, .. } = trouble { *place } else { None };
         FailureJson {
             error: trouble.to_string(),
             causes: causes.map(ToString::to_string).collect(),
@@ -141,6 +156,10 @@ impl Failure {
         Self::new(Trouble::OfAnother { folder: folder.into(), command }, STORAGE)
     }
 
+    pub(crate) fn compared(folder: &Path) -> Self {
+        Self::new(Trouble::Compared { folder: folder.into() }, STORAGE)
+    }
+
     pub(crate) fn exists(path: &Path) -> Self {
         Self::new(Trouble::Exists { path: path.into() }, STORAGE)
     }
@@ -158,8 +177,9 @@ impl Failure {
         let span = clipped(text, error.span);
         let fits = around(text, &span).lines().all(|line| line.len() <= WIDEST);
         let mut message = error.problem.to_string();
-        if span != (0..0) && !fits {
-            let [line, column] = place_after(text.get(..span.start).unwrap_or_default());
+        let place =
+            (span != (0..0)).then(|| place_after(text.get(..span.start).unwrap_or_default()));
+        if let Some([line, column]) = place.filter(|_| !fits) {
             message = format!("{}:{line}:{column}: {message}", path.display());
         }
         let text = if fits { text } else { "" };
@@ -168,6 +188,7 @@ impl Failure {
             help: error.problem.help(),
             text: NamedSource::new(path.display().to_string(), text.to_owned()),
             span: (fits && span != (0..0)).then(|| SourceSpan::from(span)),
+            place,
         };
         Self::new(diagnostic, SCENE)
     }

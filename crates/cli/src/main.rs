@@ -8,6 +8,7 @@ mod compare;
 mod exit_code;
 mod experiment;
 mod failure;
+mod incomplete;
 mod interrupt;
 mod list;
 mod merge;
@@ -21,7 +22,7 @@ mod table;
 use afterbay_experiments::scene::Task;
 use arguments::{Arguments, Command, Format};
 use clap::{CommandFactory, Parser};
-use failure::Failure;
+use failure::{Failure, FailureJson};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -30,7 +31,14 @@ fn main() -> ExitCode {
         let options = miette::MietteHandlerOpts::new();
         Box::new(options.word_splitter(textwrap::WordSplitter::NoHyphenation).build())
     }));
-    let arguments = Arguments::try_parse().unwrap_or_else(|error| arguments::refused(error).exit());
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| {
+        let error = arguments::refused(error);
+        if error.use_stderr() && arguments::asks_for_json() {
+            // A failure to print has nowhere to go but the exit code.
+            let _ = table::json(&FailureJson::usage(&error));
+        }
+        error.exit()
+    });
     let format = arguments.format;
     let result = threads(arguments.threads).and_then(|()| match arguments.command {
         Command::Paper { out, quick, files } => paper::run((&out, files.into()), quick, format),

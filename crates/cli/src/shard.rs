@@ -5,6 +5,7 @@ use crate::arguments::{Format, ShardArgument};
 use crate::failure::{Failure, code_of_results};
 use crate::table::{self, Column};
 use afterbay_analysis::study::cell::Cell;
+use afterbay_experiments::counted;
 use afterbay_experiments::experiment::Cells;
 use afterbay_experiments::journal::{Journal, Shard};
 use afterbay_experiments::scene::Scene;
@@ -120,11 +121,13 @@ pub(crate) fn done(
     match format {
         Format::Json => table::json(&Done { out, shard, cells, finished, reused })?,
         Format::Table if finished < cells => table::text(&format!(
-            "Share {shard}: {finished} of {cells} cells are finished. --resume computes the others."
+            "Share {shard}: {finished} of {} finished. --resume computes the others.",
+            counted(cells, "cell")
         ))?,
         Format::Table => table::text(&format!(
-            "Share {shard}: {cells} cells, {reused} of them were there already. Join all shares \
-             with `afterbay merge {}`.",
+            "Share {shard}: {}, {reused} of them from an earlier command. Join all shares with \
+             `afterbay merge {}`.",
+            counted(cells, "cell"),
             out.display(),
         ))?,
     }

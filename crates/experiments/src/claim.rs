@@ -180,6 +180,18 @@ pub(crate) fn note(is_right: bool) -> Verdict {
     if is_right { Verdict::Note } else { Verdict::Fails }
 }
 
+/// A count of things for a sentence, as `1 step` or `2 steps`.
+pub fn counted(count: impl std::fmt::Display, thing: &str) -> String {
+    let count = count.to_string();
+    format!("{count} {thing}{}", if count == "1" { "" } else { "s" })
+}
+
+/// A number with all its digits, and with an exponent where it is very small or large.
+pub fn in_full(number: f64) -> String {
+    let is_short = number == 0.0 || (1e-4..1e15).contains(&number.abs());
+    if is_short { number.to_string() } else { format!("{number:e}") }
+}
+
 /// A number for a sentence, with two significant digits.
 pub(crate) fn sci(number: f64) -> String {
     if number.is_nan() { "not known".into() } else { format!("{number:.1e}") }

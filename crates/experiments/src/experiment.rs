@@ -27,7 +27,7 @@ mod work;
 
 pub use about::stops;
 
-use crate::claim::Finding;
+use crate::claim::{Finding, counted};
 use crate::journal::{Afresh, Ledger};
 use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::{Block, Report};
@@ -241,6 +241,7 @@ fn interrupted(scene: &Scene, study: &'static str) -> Sheet {
         system: scene.problem.model.name(),
         method: "reference",
         h: scene.step,
+        point: None,
         outcome: INTERRUPTED.into(),
         failure: None,
     });
@@ -255,6 +256,7 @@ fn without_reference(scene: &Scene, study: &'static str, why: String) -> Sheet {
         system: scene.problem.model.name(),
         method: "reference",
         h: scene.step,
+        point: None,
         outcome: "no-reference".into(),
         failure: Some(why),
     });
@@ -283,7 +285,7 @@ fn finish_as(
     let mut report = Report {
         title: scene.title.clone().unwrap_or_else(|| scene.problem.model.name().into()),
         subtitle: format!(
-            "{} by afterbay {} on {} ({} threads). {}",
+            "{} by afterbay {} on {} ({}). {}",
             match command {
                 "run" => "Trajectories",
                 "pick" => "The cheapest method and step",
@@ -291,7 +293,7 @@ fn finish_as(
             },
             manifest.version,
             processor(),
-            manifest.threads,
+            counted(manifest.threads, "thread"),
             match &scene.document.units {
                 Some(_) => "Units are those that the scene names.",
                 None => "All quantities are in the units of the scene.",

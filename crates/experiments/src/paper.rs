@@ -15,7 +15,7 @@ pub(crate) mod rule;
 mod stability;
 pub(crate) mod work;
 
-use crate::claim::Finding;
+use crate::claim::{Finding, counted};
 use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::{Block, Report, Section};
 use crate::scene::suggestion;
@@ -156,12 +156,12 @@ pub fn run_with(
     let mut report = Report {
         title: "Dissipative systems with an energy reservoir: the paper, run again".into(),
         subtitle: format!(
-            "afterbay {} on {} ({} threads). A. Kobus, Forced extension of GNI techniques to \
+            "afterbay {} on {} ({}). A. Kobus, Forced extension of GNI techniques to \
              dissipative systems. \
              All quantities are dimensionless (m = k = 1).",
             manifest.version,
             processor(),
-            manifest.threads
+            counted(manifest.threads, "thread")
         ),
         sections: vec![summary(&findings)],
     };
@@ -179,7 +179,15 @@ fn interrupted(part: &Part) -> Sheet {
     sheet.text("Interrupted: this part was not finished, and nothing is said of it.");
     let (study, system, method) = (part.heading, "all", "all");
     let outcome = INTERRUPTED.into();
-    sheet.runs.push(RunOutcome { study, system, method, h: 0.0, outcome, failure: None });
+    sheet.runs.push(RunOutcome {
+        study,
+        system,
+        method,
+        h: 0.0,
+        point: None,
+        outcome,
+        failure: None,
+    });
     sheet
 }
 

@@ -145,6 +145,9 @@ pub struct RunOutcome {
     pub method: Word,
     /// The step.
     pub h: f64,
+    /// The values at the point of a sweep, a diagram or a map, as `a = 1.5, q1 = 0`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point: Option<String>,
     /// The ending in one word.
     pub outcome: String,
     /// The failure in words.
@@ -156,7 +159,7 @@ impl RunOutcome {
     /// The outcome of a run that ended in this way.
     pub(crate) fn of(ending: &Ending, study: Word, system: Word, method: Word, h: f64) -> Self {
         let Ending { outcome, failure } = ending.clone();
-        Self { study, system, method, h, outcome: outcome.into(), failure }
+        Self { study, system, method, h, point: None, outcome: outcome.into(), failure }
     }
 
     /// The outcome of a run whose work was measured.

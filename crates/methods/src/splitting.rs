@@ -14,9 +14,11 @@
 //! (2002) 313-330. A kick needs one evaluation and no sums of earlier ones.
 //!
 //! Then (q, p) is projected onto K along ∇H (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
-//! Integration, IV.4). The projection is of the size of the error of the step. w is the sum above,
-//! unchanged. The workspace stores the (q, p) in which the last step ended and its target of H, so
-//! that roundings of K do not accumulate. For any other (q, p) H is computed anew.
+//! Integration, IV.4). The projection is of the size of the error of the step; where it is longer,
+//! as near v = 0 if p is small in its unit, another is measured in the changes of q and of p over
+//! the step. w is the sum above, unchanged. The workspace stores the (q, p) in which the last step
+//! ended and its target of H, so that roundings of K do not accumulate. For any other (q, p) H is
+//! computed anew.
 //!
 //! Explicit if D is linear in its momentum; otherwise each p½ solves a scalar equation. Systems
 //! whose D couples the momenta are refused. With one kick the method is passive where D is. Higher

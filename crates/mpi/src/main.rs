@@ -5,6 +5,7 @@
 //! own. At the end rank 0 joins all journals and writes the results. A rank that dies ends the job;
 //! `--resume` computes what is missing.
 
+use afterbay_experiments::counted;
 use afterbay_experiments::ReportError;
 use afterbay_experiments::experiment::{Cells, perform};
 use afterbay_experiments::journal::{Journal, JournalError, Ledger, Shard, Start};
@@ -64,7 +65,7 @@ enum Trouble {
     Threads(#[from] rayon::ThreadPoolBuildError),
     #[error("start at least two ranks: mpirun -n 2 afterbay-mpi ..")]
     TooFew,
-    #[error("{missing} of {all} cells are missing; go on with --resume")]
+    #[error("{missing} of {} missing; go on with --resume", counted(all, "cell"))]
     Missing { missing: usize, all: usize },
 }
 

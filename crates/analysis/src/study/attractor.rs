@@ -14,6 +14,9 @@ const REPEATS: usize = 2;
 const OF_CYCLE: f64 = 0.01;
 /// The word for a motion that has no period because it still approaches a cycle.
 pub const SETTLING: &str = "still settling";
+/// The words for a motion without a period that has too few points to tell whether it settles,
+/// before their number.
+pub const FEW: &str = "no period within";
 /// The least number of points for each return of the cycle that a settling motion approaches.
 const POINTS_A_RETURN: usize = 32;
 /// The longest cycle, in returns, that a settling motion is seen to approach.
@@ -58,7 +61,19 @@ impl Attractor {
 
     /// The kind in words, or [`SETTLING`].
     pub fn describe(&self) -> String {
-        if self.is_settling() { SETTLING.into() } else { self.kind.describe() }
+        match self.kind {
+            Kind::Aperiodic if self.is_settling() => SETTLING.into(),
+            // It may still settle as well.
+            Kind::Aperiodic if self.points.len() < POINTS_A_RETURN => {
+                format!("{FEW} {} points", self.points.len())
+            }
+            kind => kind.describe(),
+        }
+    }
+
+    /// Whether no coordinate moves.
+    pub fn is_rest(&self) -> bool {
+        self.kind == Kind::Period(1) && self.metric.is_at_rest()
     }
 
     /// Whether the motion has no period because it still approaches a cycle. For some number of
@@ -242,6 +257,7 @@ mod tests {
         assert!(!points(100, &|n| 1e-3 / decay(n)).is_settling());
         assert!(!points(100, &wave).is_settling());
         assert!(!points(31, &decay).is_settling());
+        assert_eq!(points(31, &decay).describe(), "no period within 31 points");
         assert!(!points(1000, &|_| 1.0).is_settling());
         assert_eq!(points(100, &decay).describe(), SETTLING);
     }

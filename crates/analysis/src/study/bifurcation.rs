@@ -107,9 +107,9 @@ impl Column {
         Attractor::of(points, self.metric.clone()).filter(|_| self.ending.is_completed())
     }
 
-    /// Whether the run has failed. One that grows has not.
+    /// Whether the run has failed. One that grows or was interrupted has not.
     pub fn failed(&self) -> bool {
-        !self.ending.is_completed() && !self.grows()
+        !self.ending.is_completed() && !self.ending.is_interrupted() && !self.grows()
     }
 
     /// Whether the run grows all along, and shows no attractor.
@@ -133,7 +133,8 @@ impl Diagram {
     /// The rows of the table.
     pub fn rows(&self, parameter: &str, dof: usize) -> impl Iterator<Item = BifurcationRow> {
         self.columns.iter().flat_map(move |column| {
-            let ending = column.failed().then(|| [vec![None; dof], vec![None; dof]]);
+            let has_points = column.ending.is_completed() || column.grows();
+            let ending = (!has_points).then(|| [vec![None; dof], vec![None; dof]]);
             let some = |[q, p]: &[Vec<f64>; 2]| {
                 [q, p].map(|part| part.iter().copied().map(Some).collect::<Vec<_>>())
             };
@@ -195,7 +196,9 @@ impl Bifurcation {
         ended.into_iter().zip(values).map(column).collect()
     }
 
-    /// One value after another. Where a run fails or grows, the next begins at the initial state.
+    /// One value after another. After a run that fails, grows or comes to rest, the next begins at
+    /// the initial state. A decay goes on from value to value, so that rest is told by the motion
+    /// since the last such start.
     fn followed(
         &self,
         row: &'static Row,
@@ -209,7 +212,7 @@ impl Bifurcation {
             values.reverse();
         }
         let mut start = self.problem.start()?;
-        let mut columns = Vec::new();
+        let (mut columns, mut whole) = (Vec::new(), Ranges::nothing(self.problem.model.degrees()));
         for value in values {
             let model = self.model(value)?;
             let step = self.section.grid(&model, h)?.h;
@@ -219,10 +222,17 @@ impl Bifurcation {
                 break;
             };
             let (fresh, state) = (self.problem.start()?, trace.state.clone());
+            whole.join(trace.returns.motion().run());
+            let rests = trace.returns.motion().is_rest_beside(&whole);
             let column = trace.column([value, step], way, ending);
-            start = match (state, column.ending.is_completed()) {
-                (Some(state), true) => State { w: fresh.w, t: fresh.t, ..state },
-                _ => fresh,
+            start = match state {
+                Some(state) if column.ending.is_completed() && !rests => {
+                    State { w: fresh.w, t: fresh.t, ..state }
+                }
+                _ => {
+                    whole.clear();
+                    fresh
+                }
             };
             columns.push(column);
             if progress.stopped() {

@@ -76,7 +76,7 @@ pub struct EnergyRun {
     /// Name of the method.
     #[serde(deserialize_with = "word")]
     pub method: Word,
-    /// Every `every`-th state.
+    /// Every `every`-th state, and the last.
     pub rows: Vec<EnergyRow>,
     /// max |K - K0| over all steps.
     pub drift: f64,
@@ -89,7 +89,7 @@ pub struct EnergyRun {
 }
 
 /// Computes the energy balance of each method with steps of size h, and records every `every`-th
-/// state.
+/// state and the last.
 ///
 /// # Errors
 /// Invalid input. A run that fails contains its failure.
@@ -174,7 +174,7 @@ fn follow(
         let w_error = reference.error_of_w(&found.w, step as usize);
         let doubt = solution.doubt_at(step as usize).w;
         largest = largest.larger(Measured { error: w_error.abs(), doubt });
-        if step % every == 0 {
+        if step % every == 0 || step == grid.steps {
             let ratio = energy_before.and_then(|before| finite(energy / before));
             let own = Own { method: row.name, h: *h, t: state.t, energy, drift: off, ratio };
             rows.push(reference.compare(own, (found, w_error), step as usize));

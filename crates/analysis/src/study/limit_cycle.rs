@@ -17,6 +17,7 @@ mod cycle;
 mod event;
 mod failure;
 mod guess;
+mod homoclinic;
 mod scales;
 mod shooting;
 

@@ -1,6 +1,6 @@
 //! The ranges of the coordinates and momenta along a run, and along its settled part.
 
-use super::metric::Metric;
+use super::metric::{FADED, Metric};
 use super::ranges::Ranges;
 use afterbay_core::StateRef;
 
@@ -32,6 +32,16 @@ impl Motion {
     /// The transient ends here.
     pub(super) fn settle(&mut self) {
         self.settled.clear();
+    }
+
+    /// All of the run.
+    pub(super) fn run(&self) -> &Ranges {
+        &self.run
+    }
+
+    /// Whether the motion that has settled is rest beside another.
+    pub(super) fn is_rest_beside(&self, whole: &Ranges) -> bool {
+        (0..whole.len()).all(|j| self.settled.extent(j) <= FADED * whole.extent(j))
     }
 
     /// The distance of states of the motion that has settled. `periods` are those of the

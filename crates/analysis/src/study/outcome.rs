@@ -41,6 +41,11 @@ impl Ending {
         self.outcome == COMPLETED
     }
 
+    /// Whether the user stopped the run, or all before it.
+    pub fn is_interrupted(&self) -> bool {
+        self.outcome == INTERRUPTED
+    }
+
     /// The ending in words.
     pub fn describe(&self) -> String {
         self.failure.clone().unwrap_or_else(|| self.outcome.into())

@@ -61,6 +61,11 @@ impl Returns {
         self.growth.ending(ending, &self.periods)
     }
 
+    /// The ranges of the run, and of its part that is kept.
+    pub(super) fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
     /// The distance of the states that are kept.
     pub(super) fn metric(&self) -> Metric {
         self.motion.metric(&self.periods)

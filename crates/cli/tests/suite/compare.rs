@@ -267,6 +267,20 @@ fn a_method_that_fails_in_one_result_leaves_no_nan() {
     assert!(results.read("report.html").contains("1 not-finite"));
 }
 
+/// Not even with --force.
+#[test]
+fn a_comparison_does_not_replace_what_it_compares() {
+    let results = Results::new();
+    let a = results.oscillator("run", "a", "0.1", r#""rk4""#);
+    let b = results.oscillator("run", "b", "0.2", r#""rk4""#);
+    for out in [&a, &b] {
+        let mut command = afterbay(&["compare", "--force"]);
+        let refused = command.arg(&a).arg(&b).arg("--out").arg(out).assert().code(5);
+        refused.stderr(contains("is one of the two results").and(contains("--out DIR")));
+    }
+    results.compare(&a, &b).assert().success();
+}
+
 #[test]
 fn what_is_no_result_is_refused() {
     let results = Results::new();

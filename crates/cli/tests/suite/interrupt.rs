@@ -31,7 +31,7 @@ fn a_stopped_share_says_how_much_of_it_is_finished() {
     let (output, _) = stopped("TERM", folder.path(), &["--shard", "1/2"]);
     let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(143), "{stdout}");
-    assert!(stdout.contains("Share 1/2: 0 of 1 cells are finished"), "{stdout}");
+    assert!(stdout.contains("Share 1/2: 0 of 1 cell finished"), "{stdout}");
     assert!(!stdout.contains("afterbay merge"), "{stdout}");
 }
 

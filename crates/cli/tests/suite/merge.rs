@@ -11,7 +11,7 @@ fn parts_of_something_else_are_refused_by_name() {
     let journal = std::fs::read_to_string(&file).expect("a journal");
     let (code, _, stderr) = place.merge("out");
     assert_eq!(code, Some(4), "{stderr}");
-    assert!(stderr.contains("cells are missing"), "{stderr}");
+    assert!(stderr.contains("cells missing"), "{stderr}");
     for (from, to, word) in [
         ("\"journal\":3", "\"journal\":2", "format"),
         ("\"version\":\"", "\"version\":\"0.0.", "version"),

@@ -215,6 +215,49 @@ fn programs_read_the_error_as_json() {
     assert_eq!(error["exit_code"], 3);
 }
 
+#[test]
+fn programs_read_errors_of_the_command_line_as_json() {
+    for (arguments, says) in [
+        (&["--format", "json", "run"][..], "required arguments"),
+        (&["--format=json", "list", "foo"], "invalid value 'foo'"),
+        (&["check", "a.toml", "b.toml", "--format", "json"], "unexpected argument 'b.toml'"),
+    ] {
+        let (code, stdout, stderr) = done(&mut afterbay(arguments));
+        let error: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+        assert_eq!((code, &error["exit_code"]), (Some(2), &serde_json::json!(2)));
+        let said = error["error"].as_str().expect("a message");
+        assert!(said.contains(says) && !said.starts_with("error"), "{said}");
+        assert!(error["help"].as_str().is_some_and(|help| help.contains("--help")), "{stdout}");
+        assert!(stderr.contains(says), "{stderr}");
+    }
+    let (code, stdout, _) = done(&mut afterbay(&["list", "foo"]));
+    assert_eq!((code, stdout.as_str()), (Some(2), ""));
+}
+
+/// Runs of a sweep that end alike have one row, and the reason of the first.
+#[test]
+fn runs_that_fail_alike_are_counted() {
+    let text = std::fs::read_to_string(folder().join("damped-oscillator.toml")).expect("a scene");
+    let until = text.find("[study.").expect("studies");
+    let text = text[..until].replace("end = 20.0", "end = 4000").replace("every = 10\n", "");
+    let text = text.replace("step = 0.01", "step = 4");
+    let sweep = "[sweep]\nvary = { k = { from = 1.0, to = 2.0, count = 30 } }\n";
+    let (folder, path) = written("scene.toml", (text + sweep).as_bytes());
+    let out = folder.path().join("out");
+    let mut command = afterbay(&["run", "--no-png", "--out"]);
+    let (code, stdout, stderr) = done(command.arg(&out).arg(&path));
+    assert_eq!(code, Some(4), "{stdout}{stderr}");
+    for method in ["leapfrog", "rk4"] {
+        let is_row = |line: &&str| line.contains(method) && line.contains("not-finite");
+        assert_eq!(stdout.lines().filter(is_row).count(), 1, "{stdout}");
+    }
+    assert!(
+        stdout.contains("rk4 with h = 4 at k = 1: step") && stdout.contains("  30 "),
+        "{stdout}"
+    );
+    assert!(squeezed(&stdout).contains("Thefirstofeachrow;allarein"), "{stdout}");
+}
+
 /// The plan names the methods that choose their steps, too.
 #[test]
 fn the_plan_of_a_scene_is_what_a_study_runs() {

@@ -9,6 +9,9 @@ pub(super) const MOST_TICKS: usize = 8;
 /// The least distance of their labels, as a share of the axis.
 const LABEL: f64 = 0.09;
 
+/// The range below which coordinates are drawn in its units.
+const LEAST_RANGE: f64 = 1e-9;
+
 /// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -124,9 +127,17 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// The format of the tick labels.
+    /// The number by which coordinates are divided for the layout, which takes a range below
+    /// 2e-16 for none.
+    pub(super) fn unit(&self) -> f64 {
+        let range = self.hi - self.lo;
+        if range < LEAST_RANGE { range } else { 1.0 }
+    }
+
+    /// The format of the tick labels, of coordinates in the unit.
     pub(super) fn format(&self) -> TickFormat {
-        TickFormat::Custom(self.label.clone())
+        let (label, unit) = (self.label.clone(), self.unit());
+        TickFormat::Custom(Arc::new(move |v| label(v * unit)))
     }
 
     /// The span with ticks at `places` on a logarithmic axis, if there are few. A tick too near to

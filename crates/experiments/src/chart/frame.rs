@@ -20,6 +20,8 @@ pub(super) struct Frame {
     title: String,
     layout: Layout,
     computed: ComputedLayout,
+    /// The unit of coordinates along each axis in the layout.
+    units: (f64, f64),
     minor: (Vec<f64>, Vec<f64>),
     own: Vec<(f64, String)>,
     scene: Scene,
@@ -35,8 +37,11 @@ impl Frame {
         size: (f64, f64),
         (right, below): (f64, f64),
     ) -> Self {
+        let units = (x_span.unit(), y_span.unit());
+        let of = |span: &Span, unit: f64| (span.lo / unit, span.hi / unit);
+        let (xs, ys) = (of(&x_span, units.0), of(&y_span, units.1));
         let theme = Theme { grid_color: GRID.into(), ..Theme::light() };
-        let mut layout = Layout::new((x_span.lo, x_span.hi), (y_span.lo, y_span.hi))
+        let mut layout = Layout::new(xs, ys)
             .with_width(size.0)
             .with_height(size.1)
             .with_theme(theme)
@@ -53,10 +58,10 @@ impl Frame {
             .with_x_label_overlap(AxisLabelOverlap::Thin)
             .with_x_tick_format(x_span.format())
             .with_y_tick_format(y_span.format())
-            .with_x_tick_step(x_span.step)
-            .with_y_tick_step(y_span.step);
-        (layout.x_axis_min, layout.x_axis_max) = (Some(x_span.lo), Some(x_span.hi));
-        (layout.y_axis_min, layout.y_axis_max) = (Some(y_span.lo), Some(y_span.hi));
+            .with_x_tick_step(x_span.step / units.0)
+            .with_y_tick_step(y_span.step / units.1);
+        (layout.x_axis_min, layout.x_axis_max) = (Some(xs.0), Some(xs.1));
+        (layout.y_axis_min, layout.y_axis_max) = (Some(ys.0), Some(ys.1));
         let computed = ComputedLayout::from_layout(&layout);
         let mut scene = Scene::new(size.0 + right, size.1 + below);
         scene.font_family = computed.font_family.clone();
@@ -64,6 +69,7 @@ impl Frame {
             title: title.into(),
             layout,
             computed,
+            units,
             minor: (x_span.minor, y_span.minor),
             own: x_span.own,
             scene,
@@ -77,7 +83,7 @@ impl Frame {
         add_labels_and_title(&mut self.scene, &self.computed, &self.layout);
         let (left, top, _, bottom) = self.plot();
         for (x, label) in std::mem::take(&mut self.own) {
-            let x = self.computed.map_x(x);
+            let x = self.pixel((x, 0.0)).0;
             if grid && !label.is_empty() {
                 self.add(look::stroke(
                     &[(x, top + 1.0), (x, bottom - 1.0)],
@@ -90,18 +96,18 @@ impl Frame {
             self.add(text(label, (x, bottom + 14.0), TextAnchor::Middle));
         }
         for x in std::mem::take(&mut self.minor.0) {
-            let x = self.computed.map_x(x);
+            let x = self.pixel((x, 0.0)).0;
             self.add(look::stroke(&[(x, bottom), (x, bottom + 3.0)], "#000000".into(), 0.8, None));
         }
         for y in std::mem::take(&mut self.minor.1) {
-            let y = self.computed.map_y(y);
+            let y = self.pixel((0.0, y)).1;
             self.add(look::stroke(&[(left - 3.0, y), (left, y)], "#000000".into(), 0.8, None));
         }
     }
 
     /// The pixel of a pair of coordinates.
     pub(super) fn pixel(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        (self.computed.map_x(x), self.computed.map_y(y))
+        (self.computed.map_x(x / self.units.0), self.computed.map_y(y / self.units.1))
     }
 
     /// The area inside the axes in pixels: left, top, right, bottom.
@@ -170,4 +176,25 @@ pub(super) fn width(text: &str) -> f64 {
         _ => 0.62,
     };
     f64::from(TEXT) * text.chars().map(em).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_any_size_fill_the_plot() {
+        for size in [1e200, 1.0, 1e-9, 1e-20, 1e-300] {
+            let axis = Axis::linear("q");
+            let span = || axis.exactly(-0.5 * size, size);
+            let frame =
+                Frame::new("", (&axis, span()), (&axis, span()), (800.0, 600.0), (0.0, 0.0));
+            let (left, top, right, bottom) = frame.plot();
+            let ends = [frame.pixel((-0.5 * size, -0.5 * size)), frame.pixel((size, size))];
+            for (found, wanted) in ends.iter().zip([(left, bottom), (right, top)]) {
+                let off = (found.0 - wanted.0).abs().max((found.1 - wanted.1).abs());
+                assert!(off < 1e-6, "{size}: {found:?}, not {wanted:?}");
+            }
+        }
+    }
 }

@@ -18,9 +18,11 @@ pub struct Difference {
 const WIDEST: usize = 60;
 
 impl Difference {
-    /// The key and both values. Long values are shown from where they part.
+    /// The key and both values. Long values are shown from where they part, and lists may be
+    /// wrapped.
     pub fn row(&self) -> Vec<String> {
-        let [a, b] = [&self.a, &self.b].map(|value| value.as_deref().unwrap_or("–"));
+        let spaced = |value: &String| value.replace(", ", ",").replace(',', ", ");
+        let [a, b] = [&self.a, &self.b].map(|value| value.as_ref().map_or("–".into(), spaced));
         let same = a.chars().zip(b.chars()).take_while(|(a, b)| a == b).count();
         let shown = |text: &str| {
             let length = text.chars().count();
@@ -33,7 +35,7 @@ impl Difference {
                 [from > 0, from + WIDEST < length].map(|cut| if cut { "…" } else { "" });
             format!("{before}{part}{behind}")
         };
-        vec![self.key.clone(), shown(a), shown(b)]
+        vec![self.key.clone(), shown(&a), shown(&b)]
     }
 }
 

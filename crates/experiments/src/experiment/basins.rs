@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, label, of_reference};
 use crate::chart::{Axis, Cells, HeatMap};
-use crate::claim::{Readings, Said, fixed, list, note};
+use crate::claim::{Readings, Said, counted, fixed, in_full, list, note};
 use crate::findings::all_zero;
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -11,7 +11,7 @@ use crate::sheet::{ReportError, Sheet, decimal};
 use afterbay_analysis::Model;
 use afterbay_analysis::study::basins::{self, BasinMap, Basins, UNSETTLED, UNSTABLE};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
-use afterbay_analysis::study::outcome::{COMPLETED, Ending};
+use afterbay_analysis::study::outcome::{COMPLETED, Ending, INTERRUPTED};
 
 /// The table from which the maps are made.
 const DATA: &str = "basins";
@@ -37,9 +37,10 @@ fn sheet(
     sheet.wide_data(DATA, &basins::columns(model), &rows)?;
     sheet.runs.extend(found.iter().map(|map| {
         let failed =
-            map.cells.iter().find(|cell| ![COMPLETED, UNSTABLE].contains(&cell.ending.outcome));
-        let ending = failed.map_or(Ending::completed(), |cell| cell.ending.clone());
-        RunOutcome::of(&ending, "basins", model.name(), map.row.name, map.h)
+            map.cells.iter().position(|cell| ![COMPLETED, UNSTABLE].contains(&cell.ending.outcome));
+        let ending = failed.map_or(Ending::completed(), |i| map.cells[i].ending.clone());
+        let (point, row, h) = (failed.map(|i| place(study, i)), map.row, map.h);
+        RunOutcome { point, ..RunOutcome::of(&ending, "basins", model.name(), row.name, h) }
     }));
     sheet.text(prose(plan, model));
     sheet.table(&HEADER, found.iter().flat_map(cells).collect());
@@ -52,6 +53,17 @@ fn sheet(
     let figures: Vec<_> = found.iter().enumerate().map(figure).collect();
     sheet.show_pairs(figures);
     Ok(sheet)
+}
+
+/// The values of cell i of the grid, in words.
+fn place(study: &Basins, i: usize) -> String {
+    let width = study.axes[0].values.len();
+    let of = |axis: &basins::Axis, at: usize| {
+        let letter = axis.variable.letter();
+        format!("{letter}{} = {}", axis.dof + 1, in_full(axis.values[at]))
+    };
+    let [x, y] = &study.axes;
+    format!("{}, {}", of(x, i % width), of(y, i / width))
 }
 
 fn prose(plan: &DynamicsPlan<Basins>, model: &Model) -> String {
@@ -82,8 +94,11 @@ fn readings(study: &Basins, found: &[BasinMap]) -> Readings {
         readings.add(&label, "cells", map.cells.len());
         readings.add(&label, "unsettled", count(|cell| cell.ending.outcome == UNSETTLED));
         readings.add(&label, UNSTABLE, count(|cell| cell.ending.outcome == UNSTABLE));
-        let failed = count(|cell| ![COMPLETED, UNSETTLED, UNSTABLE].contains(&cell.ending.outcome));
+        let failed = count(|cell| {
+            ![COMPLETED, UNSETTLED, UNSTABLE, INTERRUPTED].contains(&cell.ending.outcome)
+        });
         readings.add(&label, "failed", failed);
+        readings.add(&label, INTERRUPTED, count(|cell| cell.ending.is_interrupted()));
         let reached = map.shares().iter().filter(|share| **share > 0.0).count();
         readings.add(&label, "attractors", reached);
         if map.has_boundary(width) {
@@ -98,7 +113,8 @@ fn readings(study: &Basins, found: &[BasinMap]) -> Readings {
 
 /// Compares a map with that of the reference, cell by cell.
 fn compare(readings: &mut Readings, label: &str, map: &BasinMap, exact: &BasinMap) {
-    let pairs = || map.cells.iter().zip(&exact.cells);
+    let reached = |(own, _): &(&basins::Cell, _)| !own.ending.is_interrupted();
+    let pairs = || map.cells.iter().zip(&exact.cells).filter(reached);
     let of_exact = || pairs().filter(|(_, exact)| exact.attractor.is_some());
     let same = of_exact().filter(|(own, exact)| own.attractor == exact.attractor);
     let others =
@@ -153,13 +169,14 @@ fn what_is_seen(r: &Readings) -> Said {
         let (alike, of) = (number("as the reference"), number("cells of the reference"));
         if of > 0.0 {
             let share = fixed(100.0 * alike / of, 1);
-            let cells = if of == 1.0 { "cell" } else { "cells" };
+            let cells = counted(of, "cell");
             said.push(format!(
-                "that of the reference in {share} % of the {of} {cells} where it has one"
+                "that of the reference in {share} % of the {cells} where it has one"
             ));
         }
         if number("others") > 0.0 {
-            said.push(format!("one in {} cells where the reference has none", number("others")));
+            let cells = counted(number("others"), "cell");
+            said.push(format!("one in {cells} where the reference has none"));
         }
         if r.of_all("α").contains(&label) {
             said.push(match number("α") {
@@ -168,13 +185,22 @@ fn what_is_seen(r: &Readings) -> Said {
             });
         }
         let lasting = "on an unstable equilibrium or cycle";
-        for (what, word) in [("unsettled", "unsettled"), (UNSTABLE, lasting), ("failed", "failed")]
-        {
+        for (what, word) in [
+            ("unsettled", "unsettled"),
+            (UNSTABLE, lasting),
+            ("failed", "failed"),
+            (INTERRUPTED, INTERRUPTED),
+        ] {
             if number(what) > 0.0 {
-                said.push(format!("{} of {} cells {word}", number(what), number("cells")));
+                said.push(format!(
+                    "{} of {} {word}",
+                    number(what),
+                    counted(number("cells"), "cell")
+                ));
             }
         }
         format!("{label}: {}", list(said))
     };
-    (note(all_zero(r, "failed")), r.each("cells", one))
+    let all_done = all_zero(r, "failed") && all_zero(r, INTERRUPTED);
+    (note(all_done), r.each("cells", one))
 }

@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, States, label, of_reference, show_states};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, list, note};
+use crate::claim::{Readings, Said, counted, in_full, list, note};
 use crate::findings::all_zero;
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -18,6 +18,14 @@ use afterbay_analysis::study::outcome::Ending;
 
 /// The table from which the charts are made.
 const DATA: &str = "bifurcation";
+/// The word for a value at which the run fails.
+const FAILED: &str = "failed";
+/// The word for a value at which the motion comes to rest.
+const REST: &str = "rest";
+/// What is said where no run was begun.
+const NOT_REACHED: &str = "nothing computed";
+/// The words that are not the period of a cycle.
+const WITHOUT_PERIOD: [&str; 3] = [GROWING, REST, NOT_REACHED];
 /// The most changes of the period that a sentence names.
 const MOST_NAMED: usize = 6;
 
@@ -40,7 +48,9 @@ fn sheet(
         let worst = diagram.columns.iter().find(|column| !column.ending.is_completed());
         let ending = worst.or(diagram.columns.first()).map(|column| column.ending.clone());
         let ending = ending.unwrap_or_else(Ending::interrupted);
-        RunOutcome::of(&ending, "bifurcation", model.name(), diagram.row.name, diagram.h)
+        let point = worst.map(|column| format!("{} = {}", study.parameter, in_full(column.value)));
+        let (row, h) = (diagram.row, diagram.h);
+        RunOutcome { point, ..RunOutcome::of(&ending, "bifurcation", model.name(), row.name, h) }
     }));
     sheet.text(prose(plan, model));
     sheet.find("Bifurcation diagram", readings(study, &found), what_is_seen);
@@ -91,13 +101,20 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
         readings.add(&label, "values", diagram.columns.len());
         readings.add(&label, "failed runs", count(Column::failed));
         readings.add(&label, "growing runs", count(Column::grows));
+        readings.add(&label, "interrupted runs", count(|column| column.ending.is_interrupted()));
         readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
         if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
-            let pairs = || own.iter().zip(exact);
+            let reached = || {
+                own.iter()
+                    .zip(exact)
+                    .zip(&diagram.columns)
+                    .filter(|(_, column)| !column.ending.is_interrupted())
+            };
+            let pairs = || reached().map(|(pair, _)| pair);
             let same = |(own, exact): (&Option<Attractor>, &Option<Attractor>)| {
                 own.as_ref().zip(exact.as_ref()).is_some_and(|(own, exact)| exact.is_like(own))
             };
-            let known = exact.iter().flatten().count();
+            let known = pairs().filter(|(_, exact)| exact.is_some()).count();
             if known > 0 {
                 let alike = pairs().filter(|&pair| same(pair)).count();
                 readings.add(&label, "compared", known);
@@ -105,9 +122,8 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
             }
             let others = pairs().filter(|(own, exact)| own.is_some() && exact.is_none()).count();
             readings.add(&label, "others", others);
-            let first = pairs().position(|pair| pair.1.is_some() && !same(pair));
-            let first = first.and_then(|i| diagram.columns.get(i)).map(|column| column.value);
-            readings.add(&label, "first other value", first);
+            let first = reached().find(|&(pair, _)| pair.1.is_some() && !same(pair));
+            readings.add(&label, "first other value", first.map(|(_, column)| column.value));
         }
     }
     readings
@@ -128,23 +144,30 @@ fn kinds(diagram: &Diagram) -> Vec<Option<Attractor>> {
 
 /// The values at which the period changes, in words.
 fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> String {
-    let kind = |i: usize| kinds[i].as_ref().map(|found| (found.kind, found.is_settling()));
-    let word = |i: usize| match kind(i) {
-        Some((Kind::Period(period), _)) => period.to_string(),
-        Some((Kind::Aperiodic, true)) => "none yet".into(),
-        Some((Kind::Aperiodic, false)) => "none".into(),
+    let word = |i: usize| match &kinds[i] {
+        Some(found) if found.is_rest() => REST.into(),
+        Some(found) if found.is_settling() => "none yet".into(),
+        Some(found) => match found.kind {
+            Kind::Period(period) => period.to_string(),
+            Kind::Aperiodic => "none".into(),
+        },
         None if diagram.columns[i].grows() => GROWING.into(),
-        None => "failed".into(),
+        None => FAILED.into(),
     };
-    let all: Vec<String> = (1..kinds.len())
-        .filter(|&i| word(i) != word(i - 1) && diagram.columns[i].way == diagram.columns[i - 1].way)
-        .map(|i| {
-            let value = diagram.columns[i].value;
-            format!("{} to {} at {parameter} = {value:.4}", word(i - 1), word(i))
+    let reached: Vec<usize> =
+        (0..kinds.len()).filter(|&i| !diagram.columns[i].ending.is_interrupted()).collect();
+    let changes = reached.windows(2).filter(|pair| {
+        let [before, after] = [pair[0], pair[1]];
+        word(before) != word(after) && diagram.columns[before].way == diagram.columns[after].way
+    });
+    let all: Vec<String> = changes
+        .map(|pair| {
+            let value = diagram.columns[pair[1]].value;
+            format!("{} to {} at {parameter} = {value:.4}", word(pair[0]), word(pair[1]))
         })
         .collect();
     match all.len() {
-        0 => format!("{} throughout", kinds.first().map_or("failed".into(), |_| word(0))),
+        0 => reached.first().map_or(NOT_REACHED.into(), |&i| format!("{} throughout", word(i))),
         count if count > MOST_NAMED => {
             format!("{}, and {} more changes", all[..MOST_NAMED].join(", "), count - MOST_NAMED)
         }
@@ -158,21 +181,25 @@ fn what_is_seen(r: &Readings) -> Said {
         let alike = r.number(label, "as the reference");
         let beside = if alike.is_nan() {
             match r.word(label, "changes") {
-                changes if changes.starts_with(GROWING) => changes.to_owned(),
+                changes if changes.starts_with(FAILED) => format!("no attractor: {changes}"),
+                changes if WITHOUT_PERIOD.iter().any(|word| changes.starts_with(word)) => {
+                    changes.to_owned()
+                }
                 changes => format!("period {changes}"),
             }
         } else {
             let all = number("compared");
             // The reference may have none at the other values.
             let known = if all < number("values") { " where it has one" } else { "" };
-            let at = if alike == all { "all".into() } else { format!("{alike} of") };
+            let at = if alike == all && all > 1.0 { "all".into() } else { format!("{alike} of") };
+            let at = format!("{at} {}", counted(all, "value"));
             let first = number("first other value");
             let other = if alike == all {
                 String::new()
             } else {
                 format!(", another, or none, first at {first:.4}")
             };
-            format!("the attractor of the reference at {at} {all} values{known}{other}")
+            format!("the attractor of the reference at {at}{known}{other}")
         };
         let mut end = Vec::new();
         if number("others") > 0.0 {
@@ -184,11 +211,14 @@ fn what_is_seen(r: &Readings) -> Said {
                 count => format!("{count} runs grow and have no attractor"),
             });
         }
-        if number("failed runs") > 0.0 {
-            end.push(format!("{} runs fail", number("failed runs")));
+        for (what, word) in [("failed runs", "failed"), ("interrupted runs", "interrupted")] {
+            if number(what) > 0.0 {
+                end.push(format!("{} {word}", counted(number(what), "run")));
+            }
         }
         let end = if end.is_empty() { String::new() } else { format!(" ({})", list(end)) };
         format!("{label}: {beside}{end}")
     };
-    (note(all_zero(r, "failed runs")), r.each("values", one))
+    let all_done = all_zero(r, "failed runs") && all_zero(r, "interrupted runs");
+    (note(all_done), r.each("values", one))
 }

@@ -2,7 +2,7 @@
 
 use super::declared::{Boxed, section};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, note};
+use crate::claim::{Readings, Said, counted, note};
 use crate::findings::long_run::{cells, chart_of, growth, readings};
 use crate::findings::{all_completed, ended};
 use crate::record::RunOutcome;
@@ -102,7 +102,7 @@ fn how_k_grows(r: &Readings) -> Said {
         };
         format!("{label}: {off}{}", ended(r, label))
     };
-    let steps = r.number("run", "steps");
-    let statement = format!("after {steps} steps: {}", r.each("rms", one));
+    let steps = counted(r.number("run", "steps"), "step");
+    let statement = format!("after {steps}: {}", r.each("rms", one));
     (note(all_completed(r, "rms")), statement)
 }

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, SETTLING};
+use afterbay_analysis::study::attractor::{Attractor, FEW, SETTLING};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
@@ -163,6 +163,9 @@ fn what_is_seen(r: &Readings) -> Said {
     let mut said = r.each("attractors", one);
     if r.of_all("attractors").iter().any(|of| r.word(of, "attractors").contains(SETTLING)) {
         said += " A longer transient shows what a motion that is still settling comes to.";
+    }
+    if r.of_all("attractors").iter().any(|of| r.word(of, "attractors").contains(FEW)) {
+        said += " Fewer than 32 points do not tell whether a motion is still settling.";
     }
     (note(right), said)
 }

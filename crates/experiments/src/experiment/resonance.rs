@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, label, of_reference};
 use crate::chart::{self, Axis, LineChart};
-use crate::claim::{Found, Readings, Said, fixed, note, sci};
+use crate::claim::{Found, Readings, Said, counted, fixed, in_full, note, sci};
 use crate::findings::all_zero;
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -42,7 +42,9 @@ fn sheet(
     sheet.wide_data(DATA, &resonance::columns(model), &rows)?;
     let record = |row: &&ResonanceRow| {
         let ending = Ending { outcome: row.outcome, failure: row.failure.clone() };
-        RunOutcome::of(&ending, "resonance", model.name(), row.method, row.h)
+        let point = Some(format!("{} = {}", plan.study.parameter, in_full(row.frequency)));
+        let (name, method, h) = (model.name(), row.method, row.h);
+        RunOutcome { point, ..RunOutcome::of(&ending, "resonance", name, method, h) }
     };
     sheet.runs.extend(rows.iter().filter(|row| is_failed(row)).map(record));
     sheet.text(prose(plan));
@@ -152,15 +154,19 @@ fn what_is_seen(r: &Readings) -> Said {
             off => format!(", off by up to {} % of the reference", fixed(100.0 * off, 1)),
         };
         let fails = match number("failed runs") {
-            failed if failed > 0.0 => format!("; {failed} runs fail"),
+            failed if failed > 0.0 => format!("; {} failed", counted(failed, "run")),
             _ => String::new(),
         };
+        if number("values") == 0.0 {
+            return format!("{label}: nothing computed");
+        }
         if number("peak").is_nan() {
-            return format!("{label}: none of {} motions is steady{fails}", number("values"));
+            let motions = counted(number("values"), "motion");
+            return format!("{label}: none of {motions} is steady{fails}");
         }
         let unsteady = match number("unsteady") {
             0.0 => String::new(),
-            count => format!("; {count} of {} motions are not steady", number("values")),
+            count => format!("; {count} of {} not steady", counted(number("values"), "motion")),
         };
         format!(
             "{label}: largest steady amplitude of q1 {} at {}{off}; supplied and dissipated energy \

@@ -1,9 +1,12 @@
 //! Everything repeated at the points of a sweep: one table of each kind, with the values of a point
 //! before its rows, and charts of what changes from point to point.
 
+mod unfinished;
+mod warnings;
+
 use super::declared::{Boxed, section};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Found, Readings, Said};
+use crate::claim::{Found, Readings, Said, note};
 use crate::journal::Afresh;
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::Verdict;
@@ -14,6 +17,7 @@ use afterbay_analysis::study::cell::{Cell, Study};
 use afterbay_analysis::study::outcome::COMPLETED;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use warnings::Warnings;
 
 /// The table of all numbers that are charted.
 const DATA: &str = "sweep";
@@ -38,6 +42,9 @@ pub(super) struct Visit {
     tables: Vec<(String, String)>,
     rows: Vec<Row>,
     runs: Vec<RunOutcome>,
+    /// The statements that do not hold although all runs completed, by their topics.
+    #[serde(default)]
+    failed: Vec<String>,
 }
 
 impl Visit {
@@ -48,6 +55,7 @@ impl Visit {
             system: scene.problem.model.name(),
             method: "all",
             h: scene.step,
+            point: None,
             outcome: "not-run".into(),
             failure: Some(why),
         };
@@ -123,17 +131,24 @@ impl Study for Points<'_> {
 fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Sweep");
     let (mut tables, mut lines) = (BTreeMap::<String, Joined>::new(), Vec::new());
+    let mut warnings = Warnings::default();
     for (index, visit) in visits.into_iter().enumerate() {
-        let Some(Visit { tables: found, rows, runs }) = visit else { continue };
-        let values = sweep.values(index);
+        let Some(Visit { tables: found, rows, runs, failed }) = visit else { continue };
+        let (values, point) = (sweep.values(index), sweep.place(index));
         for (name, text) in found {
             let joined: &mut Joined = tables.entry(name.clone()).or_default();
             joined.add(index, &sweep.names, &values, (&name, &text))?;
         }
+        warnings.see(&point, &rows, failed);
         lines.push((index, values, rows));
-        sheet.runs.extend(runs);
+        let within = |run: RunOutcome| {
+            let further = run.point.iter().map(|inner| format!(", {inner}"));
+            RunOutcome { point: Some(further.fold(point.clone(), |at, inner| at + &inner)), ..run }
+        };
+        sheet.runs.extend(runs.into_iter().map(within));
     }
-    say(&mut sheet, sweep.count(), lines.len());
+    say(&mut sheet, [sweep.count(), lines.len()], &warnings);
+    unfinished::list(&mut sheet);
     charts(&mut sheet, sweep, &lines);
     let mut header = vec!["point".to_owned()];
     header.extend(sweep.names.iter().map(|name| format!("sweep_{name}")));
@@ -192,6 +207,10 @@ fn visit(task: Task, scene: &Scene, progress: &dyn Progress) -> Result<Visit, Re
             what,
             value,
         }));
+        if sheet.runs.iter().all(|run| run.outcome == COMPLETED) {
+            let failed = sheet.findings.into_iter().filter(|x| x.verdict == Verdict::Fails);
+            visit.failed.extend(failed.map(|finding| finding.topic));
+        }
         visit.runs.extend(sheet.runs);
     }
     Ok(visit)
@@ -326,7 +345,7 @@ fn axis(name: &str, values: impl Iterator<Item = f64>) -> Axis {
     if least > 0.0 && most > WIDE * least { Axis::log(name) } else { Axis::linear(name) }
 }
 
-fn say(sheet: &mut Sheet, points: usize, done: usize) {
+fn say(sheet: &mut Sheet, [points, done]: [usize; 2], warnings: &Warnings) {
     let mut readings =
         Readings::default().and("sweep", "points", points).and("sweep", "done", done);
     let mut counts: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
@@ -338,6 +357,7 @@ fn say(sheet: &mut Sheet, points: usize, done: usize) {
     for (method, [all, completed]) in counts {
         readings = readings.and(method, "runs", all).and(method, "completed", completed);
     }
+    warnings.read(&mut readings);
     sheet.find("Sweep", readings, how_many_completed);
 }
 
@@ -354,6 +374,7 @@ fn how_many_completed(r: &Readings) -> Said {
     if !open.is_empty() {
         statement += &format!(", did not: {}", open.join(", "));
     }
-    let whole = open.is_empty() && done == points;
-    (if whole { Verdict::Note } else { Verdict::Fails }, statement + ".")
+    let (all_hold, warnings) = warnings::say(r);
+    let whole = open.is_empty() && done == points && all_hold;
+    (note(whole), format!("{statement}.{warnings}"))
 }

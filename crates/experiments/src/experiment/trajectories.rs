@@ -15,6 +15,7 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::cell::{Cell, Leg, Study};
 use afterbay_analysis::study::events::{self, EventPlan, EventRow};
 use afterbay_analysis::study::outcome::COMPLETED;
+use afterbay_analysis::study::section::is_multiple;
 use afterbay_analysis::study::trajectory::{self, Legs, Steps, Trajectory, TrajectoryRow};
 use afterbay_core::Passive;
 use afterbay_methods::registry::{Row, find};
@@ -23,6 +24,10 @@ use serde::{Deserialize, Serialize};
 
 /// The most coordinates, and momenta, whose ends are numbers of a sweep.
 const MOST_ENTRIES: usize = 4;
+/// The topic of the summary.
+pub(super) const TOPIC: &str = "Trajectories";
+/// The reading of a rise of H where H can only fall.
+pub(super) const RISE: &str = "rise";
 /// The table from which the charts are made.
 const DATA: &str = "trajectory";
 
@@ -175,7 +180,7 @@ fn sheet(
     found: Vec<Found>,
     shelf: Option<&Shelf>,
 ) -> Result<Sheet, ReportError> {
-    let (mut sheet, model) = (Sheet::new("Trajectories"), &scene.problem.model);
+    let (mut sheet, model) = (Sheet::new(TOPIC), &scene.problem.model);
     let (found, events): (Vec<_>, Vec<_>) =
         found.into_iter().map(|run| ((run.legs, run.kept), run.events)).unzip();
     let events = events.concat();
@@ -191,8 +196,12 @@ fn sheet(
     let form = model.system::<f64>()?.dissipation_form();
     // What is pumped by V(q, t) may raise H.
     let only_falls = !form.zero && form.passive != Passive::No && !model.has_clock();
-    sheet.find("Trajectories", readings(&found, only_falls), where_they_went);
-    sheet.numbers.extend(found.iter().flat_map(numbers));
+    let mut readings = readings(&found, only_falls);
+    if plan.sample.is_some_and(|spacing| !is_multiple(spacing, scene.step)) {
+        readings.add("states", "between steps", "kept");
+    }
+    sheet.find(TOPIC, readings, where_they_went);
+    sheet.numbers.extend(found.iter().flat_map(|run| numbers(run, (scene, plan))));
     let shown: Vec<&Trajectory> = found.iter().map(|run| &run.shown).collect();
     let place = |plan: FigurePlan| {
         let Drawn { drawing, caption, wide } = figures::draw(&plan, &shown, &scene.units);
@@ -210,10 +219,19 @@ fn sheet(
     Ok(sheet)
 }
 
-/// The numbers of a run that a sweep charts: its energies, and the first entries of its last state.
-fn numbers(Run { shown, last }: &Run) -> Vec<(String, String, f64)> {
-    let Some(end) = last else { return Vec::new() };
-    let at_end = |what: &str, value| (shown.method.to_owned(), format!("{what} at the end"), value);
+/// The numbers of a completed run that a sweep charts: its energies, and the first entries of its
+/// last state.
+fn numbers(
+    Run { shown, last }: &Run,
+    (scene, plan): (&Scene, &RunPlan),
+) -> Vec<(String, String, f64)> {
+    let Some(end) = last.as_ref().filter(|_| shown.ending.is_completed()) else {
+        return Vec::new();
+    };
+    // The last multiple of `sample` may be before the end.
+    let is_earlier = plan.sample.is_some() && end.t < scene.problem.end;
+    let place = if is_earlier { format!("at t = {:.6}", end.t) } else { "at the end".into() };
+    let at_end = |what: &str, value| (shown.method.to_owned(), format!("{what} {place}"), value);
     let mut numbers = vec![at_end("H", end.energy), at_end("Σ w", end.w.iter().sum())];
     if !end.s.is_empty() {
         numbers.push(at_end("Σ s", end.s.iter().sum()));
@@ -277,7 +295,7 @@ fn readings(found: &[Run], only_falls: bool) -> Readings {
             r = r.and(method, "drift", balance.drift);
         }
         match balance.rise().filter(|_| only_falls) {
-            Some(rise) => r.and(method, "rise", rise),
+            Some(rise) => r.and(method, RISE, rise),
             None => r,
         }
     })
@@ -296,11 +314,13 @@ fn where_they_went(r: &Readings) -> Said {
             off.join(", ")
         );
     }
-    let rises = r.numbers("rise");
+    let rises = r.numbers(RISE);
     if !rises.is_empty() {
         let by_tolerance = |name: &str| find(name).is_some_and(Row::is_adaptive);
         let between = if rises.iter().any(|(name, _)| by_tolerance(name)) {
             " Between two steps that follow from a tolerance, states have its accuracy alone."
+        } else if !r.of_all("between steps").is_empty() {
+            " Between two steps, states have the accuracy of the method alone."
         } else {
             ""
         };

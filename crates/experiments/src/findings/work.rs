@@ -87,14 +87,20 @@ fn who_keeps_k(r: &Readings) -> Said {
     let all = r.numbers("drift");
     let part = |word: &str| {
         let of = all.iter().filter(|(_, drift)| !drift.is_nan() && kept(*drift) == word);
-        list(of.map(|(name, drift)| format!("{name} ({})", sci(*drift))))
+        let of: Vec<_> = of.map(|(name, drift)| format!("{name} ({})", sci(*drift))).collect();
+        (!of.is_empty()).then(|| list(of))
+    };
+    let methods = match [part("keeps K"), part("does not keep K")] {
+        [None, None] => "K is kept by none".to_owned(),
+        [Some(kept), None] => format!("K is kept at every step and tolerance by {kept}"),
+        [None, Some(lost)] => format!("K is not kept at every step and tolerance by {lost}"),
+        [Some(kept), Some(lost)] => {
+            format!("K is kept at every step and tolerance by {kept} and not by {lost}")
+        }
     };
     let mut statement = format!(
-        "K is kept at every step and tolerance by {} and not by {} (in parentheses max |K - K₀| \
-         relative to the largest |H| + Σ |w_j| or T of the run, T = ½ Σ |p_j ∂H/∂p_j|; up to \
-         {KEPT:.0e} counts as kept).",
-        part("keeps K"),
-        part("does not keep K"),
+        "{methods} (in parentheses max |K - K₀| relative to the largest |H| + Σ |w_j| or T of the \
+         run, T = ½ Σ |p_j ∂H/∂p_j|; up to {KEPT:.0e} counts as kept)."
     );
     let none: Vec<_> = all.iter().filter(|(_, drift)| drift.is_nan()).collect();
     if !none.is_empty() {

@@ -1,5 +1,6 @@
 //! What prevents the use of a journal.
 
+use crate::claim::counted;
 use afterbay_analysis::rows::RowsError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -22,7 +23,7 @@ pub enum JournalError {
         path: PathBuf,
     },
     /// Some cells are finished and others are not.
-    #[error("{} holds unfinished work: {done} of {all} cells are done", folder.display())]
+    #[error("{} holds unfinished work: {done} of {} done", folder.display(), counted(all, "cell"))]
     Unfinished {
         /// The folder of the results.
         folder: PathBuf,

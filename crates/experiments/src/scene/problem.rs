@@ -50,6 +50,8 @@ pub enum SceneProblem {
         key: String,
         /// The known keys.
         known: Vec<String>,
+        /// The other tables that have this key.
+        tables: Vec<String>,
     },
     /// A required key is missing.
     #[error("the key {key} is missing")]

@@ -133,15 +133,37 @@ impl<'s> Schema<'s> {
         }
     }
 
+    /// The names of the tables of the whole that have a key.
+    fn tables(self, key: &str) -> Vec<String> {
+        let properties = |form: Self| form.at["properties"].as_object().into_iter().flatten();
+        let inner = |at: &'s Value| self.of(at).forms().into_iter().flat_map(properties);
+        let (mut tables, mut inner_tables) = (Vec::new(), Vec::new());
+        for (name, at) in properties(Self { root: self.root, at: self.root }) {
+            for (entry, at) in inner(at) {
+                if entry == key {
+                    tables.push(format!("[{name}]"));
+                }
+                if inner(at).any(|(entry, _)| entry == key) {
+                    inner_tables.push(format!("[{name}.{entry}]"));
+                }
+            }
+        }
+        tables.append(&mut inner_tables);
+        tables
+    }
+
     fn table(self, table: &DeTable<'_>, span: Range<usize>) -> Result<(), SceneError> {
         let at = |key: &Key<'_>, problem| SceneError { problem, span: key.span() };
         if let Some(properties) = self.at["properties"].as_object() {
-            for (key, value) in table {
-                let Some(inner) = properties.get(key.get_ref().as_ref()) else {
-                    let known = properties.keys().cloned().collect();
-                    let problem =
-                        SceneProblem::UnknownKey { key: key.get_ref().to_string(), known };
-                    return Err(at(key, problem));
+            // The first problem in the text is reported.
+            let mut entries: Vec<_> = table.iter().collect();
+            entries.sort_by_key(|(key, _)| key.span().start);
+            for (key, value) in entries {
+                let Some(inner) = properties.get(&**key.get_ref()) else {
+                    let name = key.get_ref().to_string();
+                    let (known, tables) =
+                        (properties.keys().cloned().collect(), self.tables(&name));
+                    return Err(at(key, SceneProblem::UnknownKey { key: name, known, tables }));
                 };
                 check_value(&self.of(inner).forms(), value)?;
             }

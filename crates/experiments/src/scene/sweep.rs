@@ -8,6 +8,7 @@ use super::planner::Planner;
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use super::{Scene, check_start, problem_of};
+use crate::claim::in_full;
 use afterbay_analysis::study::Problem;
 use axis::{Axis, Target};
 use rand_pcg::Pcg64;
@@ -48,6 +49,13 @@ impl Sweep {
         let mut random = Pcg64::new(u128::from(self.seed), index as u128);
         let places = self.axes.iter().zip(indices);
         places.map(|(axis, index)| axis.values.at(index, &mut random)).collect()
+    }
+
+    /// The names and values of a point, in words.
+    pub fn place(&self, index: usize) -> String {
+        let values = self.values(index);
+        let part = |(name, value): (&String, f64)| format!("{name} = {}", in_full(value));
+        self.names.iter().zip(values).map(part).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -126,10 +134,8 @@ impl<'a> Problems<'a> {
     fn at(&mut self, index: usize) -> Result<&Problem, SceneError> {
         let values = self.sweep.values(index);
         let within = |error: SceneError| {
-            let names = self.sweep.names.iter().zip(&values);
-            let at: Vec<String> = names.map(|(name, value)| format!("{name} = {value}")).collect();
-            let problem =
-                SceneProblem::AtPoint { at: at.join(", "), problem: Box::new(error.problem) };
+            let (at, problem) = (self.sweep.place(index), Box::new(error.problem));
+            let problem = SceneProblem::AtPoint { at, problem };
             SceneError { problem, span: self.source.span("sweep.vary") }
         };
         let axes = || self.sweep.axes.iter().zip(&values);

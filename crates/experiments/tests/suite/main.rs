@@ -19,3 +19,4 @@ mod sentences;
 mod settling;
 mod sizes;
 mod studies;
+mod sweeps;

@@ -7,6 +7,7 @@ use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::section::{Crossing, Direction, Section};
 use afterbay_analysis::{Spacing, Variable};
+use afterbay_experiments::experiment::study;
 use afterbay_experiments::scene::Scene;
 use afterbay_methods::registry::find;
 
@@ -58,4 +59,21 @@ fn a_motion_that_has_grown_up_to_its_cycle_does_not_grow() {
         study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap().endings[0].outcome
     };
     assert_eq!([outcome(60), outcome(400)], [GROWING, "completed"]);
+}
+
+/// D = (m - q² + q⁴) v: from m = 0.125 on there is no cycle any more, and rest attracts. After a
+/// value that ends there, the next begins at the initial state.
+#[test]
+fn a_branch_that_comes_to_rest_begins_afresh() {
+    let text = "[system]\nname = \"custom\"\npotential = \"q1^2/2\"\n\
+                dissipation = [\"(m - q1^2 + q1^4)*v1\"]\nparameters = { m = 0.05 }\n\
+                [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 1.0\nstep = 0.1\n\
+                [study.bifurcation]\nmethods = [\"rk4\"]\nreference = false\n\
+                parameter = { name = \"m\", from = 0.05, to = 0.2, count = 16 }\n\
+                follow = true\ntransient = 300\npoints = 60\n";
+    let scene = Scene::read(text).unwrap_or_else(|error| panic!("{error}"));
+    let (_, findings) = study(&scene, &Silent).expect("it runs");
+    let said = &findings[0].statement;
+    let changes = "period 1 to rest at m = 0.1300, 1 to rest at m = 0.1300.";
+    assert!(said.contains(changes), "{said}");
 }

@@ -119,13 +119,13 @@ pub enum Problem {
     #[error("its sums are too long: written out they have more than {MOST_WRITTEN_OUT} bytes")]
     TooManyTerms,
     /// A text that is too long.
-    #[error("{bytes} bytes are more than {LONGEST}")]
+    #[error("the expression has {bytes} bytes, and {LONGEST} is the most")]
     TooLong {
         /// Its length.
         bytes: usize,
     },
     /// Parentheses, signs or powers that are nested too deeply.
-    #[error("nested deeper than {DEEPEST}")]
+    #[error("the expression is nested deeper than {DEEPEST}")]
     TooDeep,
 }
 
@@ -133,6 +133,10 @@ impl Problem {
     /// The text to write instead, where the mistake is a common one.
     pub fn advice(&self) -> Option<String> {
         match self {
+            Self::TooLong { .. } => {
+                Some("write terms that repeat as a sum, such as sum(i, 1, n, q[i]^2)".into())
+            }
+            Self::TooDeep => Some("leave out parentheses and signs that change nothing".into()),
             Self::Ends { expected } => {
                 expected.contains("closing").then(|| "what was opened is not closed".into())
             }

@@ -73,4 +73,5 @@ mod stability_flags;
 mod storage;
 mod systems;
 mod tiled;
+mod units;
 mod wrong_gradient;

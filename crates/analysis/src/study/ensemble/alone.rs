@@ -89,7 +89,9 @@ fn cross<W: Watch>(
                 ending = Some(Ending {
                     outcome: NOT_MET,
                     failure: Some(format!(
-                        "the section is not met within {MOST_STEPS_BETWEEN} steps after t = {since}"
+                        "the section is not met within {MOST_STEPS_BETWEEN} steps after t = \
+                         {since}: the motion has come to rest, or does not pass it in this \
+                         direction; take another section"
                     )),
                 });
             } else if missing % STEPS_BETWEEN_LOOKS == 0 && ensemble.progress.stopped() {

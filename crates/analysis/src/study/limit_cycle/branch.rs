@@ -15,6 +15,7 @@
 
 use super::cycle::Cycle;
 use super::event::{self, Tests, is_real};
+use super::homoclinic::Approach;
 use super::scales::scales_of;
 use super::shooting::{Condition, Image, Shooting, Solved};
 use super::{CycleFailure, Event, Point, phase, steps};
@@ -87,6 +88,7 @@ impl Branch {
         let at = Place::new(&shooting, x, image, &toward)?;
         points.push(Point { cycle: at.cycle.clone(), event: None });
         let (largest, small_from) = (shooting.scales.clone(), None);
+        let approach = Approach::default();
         let mut walk = Walk {
             branch: self,
             h,
@@ -96,6 +98,7 @@ impl Branch {
             fresh: false,
             largest,
             small_from,
+            approach,
         };
         for doublings in 1.. {
             let goes = walk.advance(points, self.doublings > 0)?;
@@ -179,6 +182,7 @@ struct Walk<'a> {
     largest: Vec<f64>,
     /// The value of the parameter at the first of the small cycles, if the present one is small.
     small_from: Option<f64>,
+    approach: Approach,
 }
 
 impl Walk<'_> {
@@ -228,6 +232,7 @@ impl Walk<'_> {
             let Place { x, image, .. } = &self.at;
             let scales = scales_of(&image.path, &image.monodromy, x);
             self.refuse_rest(&scales)?;
+            self.refuse_homoclinic(&scales)?;
             self.rescale(&scales);
             if limit.is_some() {
                 return Ok(Goes::Ends);
@@ -257,6 +262,17 @@ impl Walk<'_> {
         let range = (self.branch.to - self.branch.from).abs();
         if share < SHRUNK && (value - from).abs() < UNCHANGED * range {
             return Err(CycleFailure::ShrinksToRest { value });
+        }
+        Ok(())
+    }
+
+    /// The failure at which the branch ends if the period alone grows on and on.
+    fn refuse_homoclinic(&mut self, scales: &[f64]) -> Result<(), CycleFailure> {
+        let (value, period) = (self.at.x[self.at.x.len() - 1], self.at.cycle.period);
+        let range = (self.branch.to - self.branch.from).abs();
+        let sizes = &scales[..self.shooting.size()];
+        if self.approach.see(value / range, period, sizes) {
+            return Err(CycleFailure::PeriodGrows { value, period });
         }
         Ok(())
     }

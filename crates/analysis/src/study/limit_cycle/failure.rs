@@ -86,6 +86,17 @@ pub enum CycleFailure {
         /// The value of the parameter.
         value: f64,
     },
+    /// The period of a branch grows without bound.
+    #[error(
+        "the period grows on and on, {period:?} at {value:?}, where the branch ends, as at a \
+         homoclinic orbit: end it before"
+    )]
+    PeriodGrows {
+        /// The value of the parameter.
+        value: f64,
+        /// The last period.
+        period: f64,
+    },
     /// The branch does not end.
     #[error("the branch does not end within {limit} cycles: end it at a nearer value")]
     TooManyCycles {
@@ -118,6 +129,7 @@ impl CycleFailure {
             Self::NotConverged { .. } | Self::PeriodLost { .. } => "not-converged",
             Self::NotIsolated { .. } => "not-isolated",
             Self::ShrinksToRest { .. } => "shrinks-to-rest",
+            Self::PeriodGrows { .. } => "period-grows",
             Self::TooManyCycles { .. } => "too-many-cycles",
             Self::NoMultipliers => "no-multipliers",
         };

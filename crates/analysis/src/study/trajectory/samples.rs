@@ -73,9 +73,10 @@ impl Legs {
             }
             (state.t, self.done) = (n as f64 * grid.h, n);
             piece.reach(n, grid.steps);
+            // In the order of time, since a rise of H is one from a state to a later one.
+            let between = &mut |state: StateRef<'_, f64>| keep(n, state, balance);
+            stopped |= times.keep_between(&before, &state, &mut self.samples, &mut *step, between);
             balance.see(&*system, state.state_ref(), dof);
-            let keep = &mut |state: StateRef<'_, f64>| keep(n, state, balance);
-            stopped |= times.keep_between(&before, &state, &mut self.samples, &mut *step, keep);
             stopped |= progress.stopped();
         }
         if let Err(IntegrateError::Input(error)) = result {

@@ -2,8 +2,9 @@
 
 use super::budget::{BYTES, MOST_CELLS, MOST_OUTPUT, MOST_STEPS};
 use super::{Planned, Planner};
+use crate::claim::in_full;
 use crate::scene::document::{SectionTable, Spread};
-use crate::scene::problem::SceneProblem;
+use crate::scene::problem::{SceneError, SceneProblem};
 use afterbay_analysis::Model;
 use afterbay_analysis::Observable;
 use afterbay_analysis::study::basins::{Axis, Basins};
@@ -138,7 +139,11 @@ impl Planner<'_> {
         for &value in &values {
             let model = self.problem.model.with(&name, value);
             let model = model.or_else(|error| self.refuse(&named, error))?;
-            self.check_interval(path, &section, &model)?;
+            self.check_interval(path, &section, &model).map_err(|error| {
+                let at = format!("{name} = {}", in_full(value));
+                let problem = SceneProblem::AtPoint { at, problem: Box::new(error.problem) };
+                SceneError { problem, span: self.source.span(&named) }
+            })?;
             lengths.push(section.interval(&model));
         }
         if lengths.len() > 1 && lengths.iter().all(|length| *length == lengths[0]) {

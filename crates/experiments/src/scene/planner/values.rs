@@ -18,6 +18,9 @@ pub(super) fn entry(path: &str, steps: &Spread, i: usize) -> String {
     }
 }
 
+/// The roundings of the larger end of a range below which a value is 0, as between -0.1 and 0.5.
+const ROUNDINGS: f64 = 2.0;
+
 impl Planner<'_> {
     /// The values of a spread of steps.
     pub(super) fn spread(&self, path: &str, spread: &Spread) -> Planned<Vec<f64>> {
@@ -88,7 +91,11 @@ impl Planner<'_> {
             _ if i == 0 => from,
             _ if i + 1 == count => to,
             Spacing::Log => from * (to / from).powf(share(i)),
-            Spacing::Linear => from + (to - from) * share(i),
+            Spacing::Linear => {
+                let value = from + (to - from) * share(i);
+                let rounding = ROUNDINGS * f64::EPSILON * from.abs().max(to.abs());
+                if value.abs() <= rounding { 0.0 } else { value }
+            }
         };
         Ok((0..count).map(at).collect())
     }

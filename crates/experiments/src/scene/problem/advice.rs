@@ -1,15 +1,24 @@
 //! Advice on how to solve the problems of a scene.
 
 use super::SceneProblem;
+use crate::claim::list;
 use afterbay_core::InputError;
 use afterbay_systems::CustomError;
 use std::fmt::Write;
+
+/// The most tables that are named where a key is in the wrong one. A choice: `methods` is in most.
+const MOST_TABLES: usize = 3;
 
 impl SceneProblem {
     /// Advice on how to solve the problem.
     pub fn help(&self) -> Option<String> {
         match self {
-            Self::UnknownKey { key, known } => Some(suggestion(key, known, "the keys are")),
+            Self::UnknownKey { key, known, tables } => Some(match tables.len() {
+                1..=MOST_TABLES if nearest(key, known).is_none() => {
+                    format!("{key} is a key of {}", list(tables.iter().cloned()))
+                }
+                _ => suggestion(key, known, "the keys are"),
+            }),
             // The nearest name of q7 is q1, which helps no one.
             Self::Unknown { what: "quantity", known, .. } => {
                 Some(format!("there are {}", known.join(", ")))
@@ -72,8 +81,8 @@ impl SceneProblem {
                 "t shows a period where it occurs only in sines and cosines whose frequencies are \
                  multiples of one, the lowest at most 12 times it; that of forces may be given, as \
                  period = \"2*pi/omega\" in [drive]. A constant force f belongs in the potential, \
-                 as -f*q1. Or take a section such as section = { of = \"q1\", \
-                 direction = \"rising\" }"
+                 as -f*q1. [study.poincare] and [study.bifurcation] also take a section such as \
+                 section = { of = \"q1\", direction = \"rising\" }"
             }
             Self::TwoAxes => {
                 "write grid = { q1 = { from = -2, to = 2, count = 100 }, \
@@ -189,15 +198,9 @@ fn applying(others: &[&str]) -> String {
 
 /// The nearest name if one is similar, else all names.
 pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
-    let far = |other: &String| strsim::damerau_levenshtein(name, other);
-    match known.iter().min_by_key(|other| far(other)) {
-        Some(nearest)
-            if far(nearest) < name.len()
-                && far(nearest) <= 1 + nearest.len().min(name.len()) / 3 =>
-        {
-            format!("did you mean {nearest}?")
-        }
-        _ => {
+    match nearest(name, known) {
+        Some(nearest) => format!("did you mean {nearest}?"),
+        None => {
             let mut all = String::from(before);
             for (i, name) in known.iter().enumerate() {
                 let _ = write!(all, "{}{name}", if i == 0 { " " } else { ", " });
@@ -205,4 +208,12 @@ pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
             all
         }
     }
+}
+
+/// The known name that a misspelt one may mean.
+fn nearest<'k>(name: &str, known: &'k [String]) -> Option<&'k String> {
+    let far = |other: &String| strsim::damerau_levenshtein(name, other);
+    let nearest = known.iter().min_by_key(|other| far(other))?;
+    let near = far(nearest) < name.len() && far(nearest) <= 1 + nearest.len().min(name.len()) / 3;
+    near.then_some(nearest)
 }

@@ -57,6 +57,16 @@ pub(super) const CHANGES: &[Change] = &[
         "no key local_order",
         "mean local-order",
     ),
+    // Keys of another table, of which the first in the text is named.
+    (
+        "every = 10\n",
+        "tau = 1\nend = 5.0\n",
+        "tau",
+        "there is no key tau",
+        "the keys are events, every, methods, sample, tolerance",
+    ),
+    ("every = 10\n", "end = 5.0\n", "end", "there is no key end", "end is a key of [time]"),
+    ("step = 0.01\n[run]", "step = 0.01\nevery = 10\n[run]", "every", "no key every", "of [run]"),
     ("every = 10\n", "evry = 10\n", "evry", "there is no key evry", "mean every"),
     ("count = 2 }", "cout = 2 }", "cout", "there is no key cout", "mean count"),
     ("parameter = { name", "parameter = { nme", "nme", "there is no key nme", "mean name"),
@@ -99,7 +109,8 @@ pub(super) const CHANGES: &[Change] = &[
         "",
     ),
     ("name = \"damped-oscillator\"", "name = 1", "1", "a number, where text", ""),
-    ("[run]\n", "run = 1\n[more]\n", "more", "there is no key more", "the keys are"),
+    ("[run]\n", "run = 1\n[more]\n", "run", "there is no key run", "the keys are end, step"),
+    ("[run]\n", "[more]\n", "more", "there is no key more", "the keys are"),
     ("steps = { from = 0.1", "steps = 0.1\nx = { from = 0.1", "0.1", "where a list or a table", ""),
     ("scale = \"log\"", "scale = \"lgo\"", "\"lgo\"", "there is no choice lgo", "mean log"),
     (

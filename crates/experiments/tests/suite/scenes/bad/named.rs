@@ -138,15 +138,15 @@ pub(super) const CHANGES: &[Change] = &[
     ),
     (
         STATE,
-        "name = \"fput-chain\"\nparameters = { n = 1e12, beta = 1, c = 0 }\n[initial]\nq = [1]\n\
-         p = [1]",
-        "n = 1e12",
-        "parameter n = 1000000000000.0",
+        "name = \"fput-chain\"\nparameters = { n = 1e9, beta = 1, c = 0 }\n[initial]\n\
+         q = \"0.1*i\"\np = \"0\"",
+        "n = 1e9",
+        "must be a whole number, at most 1e6",
         "",
     ),
     (
         STATE,
-        "name = \"fput-chain\"\nparameters = { n = 1e9, beta = 1, c = 0 }\n[initial]\nq = [1]\n\
+        "name = \"fput-chain\"\nparameters = { n = 1e6, beta = 1, c = 0 }\n[initial]\nq = [1]\n\
          p = [1]",
         "q = [1]",
         "q has 1 entry",

@@ -28,9 +28,9 @@ pub(super) fn texts() -> impl Iterator<Item = Bad> {
         (String::new(), "", "is missing", ""),
         ("# nothing\n".to_owned(), "", "is missing", ""),
         ("hello".to_owned(), "", "", "toml.io"),
-        (parentheses(&open), "", "nested deeper than 256", ""),
-        (parentheses(&signs), "", "nested deeper than 256", ""),
-        (parentheses(&long), long.as_str(), "bytes are more than 65536", ""),
+        (parentheses(&open), "", "nested deeper than 256", "leave out"),
+        (parentheses(&signs), "", "nested deeper than 256", "leave out"),
+        (parentheses(&long), long.as_str(), "bytes, and 65536 is the most", "sum("),
         (format!("x = \"{}", "a".repeat(100_000)), "", "", "toml.io"),
         (format!("x = [{}", "1,".repeat(100_000)), "", "", "toml.io"),
     ];
