@@ -28,6 +28,10 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
         Format::Json => table::json(&plans)?,
         Format::Table => {
             table::text(&format!("{} is valid: {}.", path.display(), described(&scene)))?;
+            if plans.is_empty() {
+                table::text("It has no [run] and no [study.*]: there is nothing to do.")?;
+                return Ok(ExitCode::SUCCESS);
+            }
             let rows = plans
                 .iter()
                 .map(|plan| vec![plan.what.into(), plan.methods.join(", "), plan.detail.clone()]);

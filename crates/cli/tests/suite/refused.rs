@@ -293,3 +293,22 @@ fn the_plan_of_a_scene_is_what_a_study_runs() {
         assert_eq!(cost["detail"], detail);
     }
 }
+
+#[test]
+fn the_plan_names_samples_and_says_where_there_is_nothing_to_do() {
+    let text = std::fs::read_to_string(folder().join("damped-oscillator.toml")).expect("a scene");
+    let until = |table: &str| text[..text.find(table).expect(table)].to_owned();
+    let run = until("[study.").replace("every = 10", "sample = 0.3");
+    let long = run.replace("end = 20.0", "end = 1e300").replace("step = 0.01", "step = 1e300");
+    let every = long.replace("sample = 0.3\n", "");
+    for (text, says) in [
+        (until("[run]"), "It has no [run] and no [study.*]: there is nothing to do."),
+        (run, "2000 steps of 0.01, 67 states at multiples of 0.3"),
+        (every, "1 step of 1e300, every state kept"),
+    ] {
+        let (_folder, path) = written("plan.toml", text.as_bytes());
+        let (code, stdout, stderr) = done(afterbay(&["check"]).arg(&path));
+        assert_eq!(code, Some(0), "{stderr}");
+        assert!(stdout.contains(says), "{stdout}");
+    }
+}
