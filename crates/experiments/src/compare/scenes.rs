@@ -91,8 +91,8 @@ mod tests {
         let [a, b] = [1.5, 2.5].map(|last| json!({ "initial": { "q": list(last) } }));
         let row = differences(&a, &b)[0].row();
         assert_eq!(row[0], "initial.q");
-        assert!(row[1].starts_with('…') && row[1].ends_with("498.0,499.0,1.5]"), "{}", row[1]);
-        assert!(row[2].ends_with("498.0,499.0,2.5]") && row[2].chars().count() == WIDEST + 1);
+        assert!(row[1].starts_with('…') && row[1].ends_with("498.0, 499.0, 1.5]"), "{}", row[1]);
+        assert!(row[2].ends_with("498.0, 499.0, 2.5]") && row[2].chars().count() == WIDEST + 1);
         let none = Difference { key: "x".into(), a: None, b: Some("1".into()) };
         assert_eq!(none.row(), ["x", "–", "1"]);
     }

@@ -196,6 +196,22 @@ fn a_branch_ends_where_its_cycles_shrink_to_rest() {
     }
 }
 
+/// The rotations of a pendulum with a torque g approach the homoclinic orbit of its saddle. There
+/// g = 0.373474, by bisection: a run of RK4 with steps of 0.002 along the unstable manifold just
+/// misses the next saddle, or passes it.
+#[test]
+fn a_branch_ends_where_its_period_grows_without_bound() {
+    let system = "name = \"custom\"\npotential = \"1 - cos(q1) - g*q1\"\n\
+                  dissipation = [\"0.3*v1\"]\nparameters = { g = 0.45 }";
+    let study = branch(study(problem(system, "", [0.0, 3.0]), 60.0), "g", [0.45, 0.3], 0);
+    let found = study.run(row("rk4"), 0.05, &Silent).unwrap();
+    assert_eq!(found.ending.outcome, "period-grows", "{:?}", found.ending);
+    let periods: Vec<f64> = found.points.iter().map(|point| point.cycle.period).collect();
+    assert!(periods.windows(2).all(|pair| pair[1] > pair[0]), "{periods:?}");
+    let above = found.points.last().unwrap().cycle.value.unwrap() - 0.373_474;
+    assert!((0.0..1e-3).contains(&above), "{above}");
+}
+
 /// A force that vanishes leaves cycles as small as it is, and no bifurcation.
 #[test]
 fn a_branch_goes_on_where_its_cycles_shrink_with_a_force() {

@@ -266,7 +266,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// The failure at which the branch ends if the period alone grows on and on.
+    /// The failure at which the branch is given up if its period alone grows on and on.
     fn refuse_homoclinic(&mut self, scales: &[f64]) -> Result<(), CycleFailure> {
         let (value, period) = (self.at.x[self.at.x.len() - 1], self.at.cycle.period);
         let range = (self.branch.to - self.branch.from).abs();

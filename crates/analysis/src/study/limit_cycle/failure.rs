@@ -86,10 +86,10 @@ pub enum CycleFailure {
         /// The value of the parameter.
         value: f64,
     },
-    /// The period of a branch grows without bound.
+    /// The period of a branch grows on while its parameter hardly changes.
     #[error(
-        "the period grows on and on, {period:?} at {value:?}, where the branch ends, as at a \
-         homoclinic orbit: end it before"
+        "the period grows on and on ({period:?} at {value:?}) while the parameter hardly changes, \
+         as near a homoclinic orbit: end the branch before"
     )]
     PeriodGrows {
         /// The value of the parameter.

@@ -1,5 +1,5 @@
-//! A branch that ends at a homoclinic orbit: the period grows without bound, `T ≈ -ln |λ - λ_c|/μ`
-//! with the exponent μ of the saddle, while the cycle and the parameter hardly change any more.
+//! A branch near a homoclinic orbit: the period grows without bound, `T ≈ -ln |λ - λ_c|/μ` with the
+//! exponent μ of the saddle, while the cycle and the parameter hardly change any more.
 
 /// The cycles over which the period must grow while all else stays. A choice.
 const CYCLES: usize = 20;
@@ -11,13 +11,13 @@ const UNCHANGED: f64 = 1e-5;
 const SAME_SIZE: f64 = 1e-3;
 const LONGER: f64 = 1e-3;
 
-/// The approach to a homoclinic orbit, if the branch is on one.
+/// The cycles since the parameter and the sizes last changed.
 #[derive(Default)]
 pub(super) struct Approach {
     since: Option<Since>,
 }
 
-/// The cycle from which on all but the period stays.
+/// The cycle from which on all but the period stays the same.
 struct Since {
     value: f64,
     period: f64,
@@ -29,7 +29,7 @@ struct Since {
 
 impl Approach {
     /// Takes the next cycle: the parameter as a share of its range, the period, and the sizes of q
-    /// and p. Returns whether the branch ends here.
+    /// and p. Returns whether the period has grown alone for long enough.
     pub(super) fn see(&mut self, value: f64, period: f64, sizes: &[f64]) -> bool {
         let stays = |since: &Since| {
             let same = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME_SIZE * b.abs();
