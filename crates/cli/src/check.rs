@@ -6,6 +6,7 @@ use crate::table::Column;
 use crate::{scene, table};
 use afterbay_analysis::Model;
 use afterbay_analysis::study::dynamics::DynamicsPlan;
+use afterbay_analysis::study::trajectory;
 use afterbay_experiments::scene::{Scene, Studies, WorkPrecisionPlan};
 use afterbay_experiments::{counted, experiment, in_full};
 use afterbay_methods::registry::Row;
@@ -28,7 +29,7 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
         Format::Json => table::json(&plans)?,
         Format::Table => {
             table::text(&format!("{} is valid: {}.", path.display(), described(&scene)))?;
-            if plans.is_empty() {
+            if scene.run.is_none() && scene.studies.is_empty() {
                 table::text("It has no [run] and no [study.*]: there is nothing to do.")?;
                 return Ok(ExitCode::SUCCESS);
             }
@@ -100,8 +101,8 @@ fn runs(scene: &Scene) -> Vec<Plan> {
     let tolerance = run.tolerance.map_or(String::new(), |x| format!(", tolerance {x:e}"));
     let kept = match run.sample {
         Some(spacing) => {
-            let states = (scene.problem.end / spacing).floor() + 1.0;
-            format!("{} at multiples of {}", counted(in_full(states), "state"), in_full(spacing))
+            let states = trajectory::samples(scene.problem.end, spacing).saturating_add(1);
+            format!("{} at multiples of {}", counted(states, "state"), in_full(spacing))
         }
         None => kept(run.every),
     };

@@ -12,8 +12,8 @@ const LARGEST_SLOPE_ERROR: f64 = 1e-8;
 /// The relative change of the slope error over the longest interval of a check. A choice: it is
 /// about 2^-4 over 2^-4 z.
 const UNEVEN: f64 = 0.25;
-/// The powers of 1/2 whose shares of z are the longest interval of a check, one after the other. A
-/// choice: the shortest is below the waves of cos q up to |q| of some hundreds.
+/// Each check begins with an interval of 2^-k z, for these k in turn. A choice: the shortest is
+/// below the waves of cos q up to |q| of some hundreds.
 const LONGEST: [i32; 4] = [4, 6, 8, 10];
 /// The number of times that z is doubled at most. A choice: from the least number whose square is
 /// normal, 1e-154, to beyond 1.

@@ -14,9 +14,9 @@
 //! (2002) 313-330. A kick needs one evaluation and no sums of earlier ones.
 //!
 //! Then (q, p) is projected onto K along ∇H (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
-//! Integration, IV.4). The projection is of the size of the error of the step; where it is longer,
-//! as near v = 0 if p is small in its unit, another is measured in the changes of q and of p over
-//! the step. w is the sum above, unchanged. The workspace stores the (q, p) in which the last step
+//! Integration, IV.4). The projection is of the size of the error of the step. If it would be too
+//! long, as near v = 0 where p is tiny in its unit, a second one measures q and p by their changes
+//! over the step. w is the sum above, unchanged. The workspace stores the (q, p) in which the last step
 //! ended and its target of H, so that roundings of K do not accumulate. For any other (q, p) H is
 //! computed anew.
 //!

@@ -17,8 +17,7 @@ const OF_MAGNITUDE: f64 = 1e-12;
 const AT_REST: f64 = 1e-5;
 /// The largest difference, in units, of states that count as one.
 pub(super) const SAME: f64 = 1e-4;
-/// The largest extent of a motion that counts as rest, as a share of the motion before: its states
-/// count as one.
+/// A settled motion whose extent is at most this share of that of the whole motion counts as rest.
 pub(super) const FADED: f64 = OF_RUN * SAME;
 
 /// The distance of states (q, p): the largest difference of an entry, in units of its own. The unit

@@ -41,7 +41,7 @@ impl Ending {
         self.outcome == COMPLETED
     }
 
-    /// Whether the user stopped the run, or all before it.
+    /// Whether the user stopped the run, or stopped before it began.
     pub fn is_interrupted(&self) -> bool {
         self.outcome == INTERRUPTED
     }

@@ -7,7 +7,7 @@ mod samples;
 pub use balance::Balance;
 pub use legs::{Keep, Legs};
 pub(super) use legs::{KeptState, of_run};
-pub use samples::dense;
+pub use samples::{dense, samples};
 
 use super::outcome::Ending;
 use super::{PUMPED, Problem, numbered};

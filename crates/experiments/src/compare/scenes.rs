@@ -21,7 +21,10 @@ impl Difference {
     /// The key and both values. Long values are shown from where they part, and lists may be
     /// wrapped.
     pub fn row(&self) -> Vec<String> {
-        let spaced = |value: &String| value.replace(", ", ",").replace(',', ", ");
+        let spaced = |value: &String| match value.starts_with('[') {
+            true => value.replace(',', ", "),
+            false => value.clone(),
+        };
         let [a, b] = [&self.a, &self.b].map(|value| value.as_ref().map_or("–".into(), spaced));
         let same = a.chars().zip(b.chars()).take_while(|(a, b)| a == b).count();
         let shown = |text: &str| {

@@ -113,7 +113,9 @@ fn readings(study: &Basins, found: &[BasinMap]) -> Readings {
 
 /// Compares a map with that of the reference, cell by cell.
 fn compare(readings: &mut Readings, label: &str, map: &BasinMap, exact: &BasinMap) {
-    let reached = |(own, _): &(&basins::Cell, _)| !own.ending.is_interrupted();
+    let reached = |(own, exact): &(&basins::Cell, &basins::Cell)| {
+        !own.ending.is_interrupted() && !exact.ending.is_interrupted()
+    };
     let pairs = || map.cells.iter().zip(&exact.cells).filter(reached);
     let of_exact = || pairs().filter(|(_, exact)| exact.attractor.is_some());
     let same = of_exact().filter(|(own, exact)| own.attractor == exact.attractor);

@@ -73,7 +73,7 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
     let study = &plan.study;
     let begin = if study.follow {
         "Each run begins where that of the value before ended, once upwards and once downwards; \
-         after one that fails, grows or does not come back to the section, at the initial state."
+         after one that fails, grows or comes to rest, at the initial state."
     } else {
         "Each run begins at the initial state."
     };
@@ -92,7 +92,8 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
 }
 
 fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
-    let exact = found.iter().find(|diagram| diagram.row.name == EXACT).map(kinds);
+    let exact = found.iter().find(|diagram| diagram.row.name == EXACT);
+    let exact = exact.map(|exact| (exact, kinds(exact)));
     let mut readings = Readings::default();
     for diagram in found {
         let (label, own) = (label(diagram.row, diagram.h), kinds(diagram));
@@ -104,13 +105,22 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
         readings.add(&label, "interrupted runs", count(|column| column.ending.is_interrupted()));
         readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
         if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
-            let reached = || {
-                own.iter()
-                    .zip(exact)
-                    .zip(&diagram.columns)
-                    .filter(|(_, column)| !column.ending.is_interrupted())
+            // A diagram that was interrupted may lack any of its columns.
+            let reached = |column: &Column| !column.ending.is_interrupted();
+            let beside = |own: &Column| {
+                let same = |(column, _): &(&Column, _)| {
+                    reached(column) && column.way == own.way && column.value == own.value
+                };
+                exact.0.columns.iter().zip(&exact.1).find(same).map(|(_, kind)| kind)
             };
-            let pairs = || reached().map(|(pair, _)| pair);
+            let pairs: Vec<_> = own
+                .iter()
+                .zip(&diagram.columns)
+                .filter(|(_, column)| reached(column))
+                .filter_map(|(own, column)| Some(((own, beside(column)?), column.value)))
+                .collect();
+            let values = || pairs.iter().copied();
+            let pairs = || values().map(|(pair, _)| pair);
             let same = |(own, exact): (&Option<Attractor>, &Option<Attractor>)| {
                 own.as_ref().zip(exact.as_ref()).is_some_and(|(own, exact)| exact.is_like(own))
             };
@@ -122,8 +132,8 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
             }
             let others = pairs().filter(|(own, exact)| own.is_some() && exact.is_none()).count();
             readings.add(&label, "others", others);
-            let first = reached().find(|&(pair, _)| pair.1.is_some() && !same(pair));
-            readings.add(&label, "first other value", first.map(|(_, column)| column.value));
+            let first = values().find(|&(pair, _)| pair.1.is_some() && !same(pair));
+            readings.add(&label, "first other value", first.map(|(_, value)| value));
         }
     }
     readings
@@ -181,7 +191,9 @@ fn what_is_seen(r: &Readings) -> Said {
         let alike = r.number(label, "as the reference");
         let beside = if alike.is_nan() {
             match r.word(label, "changes") {
-                changes if changes.starts_with(FAILED) => format!("no attractor: {changes}"),
+                changes if changes == format!("{FAILED} throughout") => {
+                    "no run completes".to_owned()
+                }
                 changes if WITHOUT_PERIOD.iter().any(|word| changes.starts_with(word)) => {
                     changes.to_owned()
                 }

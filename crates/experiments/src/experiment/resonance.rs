@@ -42,7 +42,7 @@ fn sheet(
     sheet.wide_data(DATA, &resonance::columns(model), &rows)?;
     let record = |row: &&ResonanceRow| {
         let ending = Ending { outcome: row.outcome, failure: row.failure.clone() };
-        let point = Some(format!("{} = {}", plan.study.parameter, in_full(row.frequency)));
+        let point = Some(format!("{} = {}", plan.study.parameter, in_full(row.value)));
         let (name, method, h) = (model.name(), row.method, row.h);
         RunOutcome { point, ..RunOutcome::of(&ending, "resonance", name, method, h) }
     };

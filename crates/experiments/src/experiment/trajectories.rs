@@ -4,7 +4,7 @@ mod kept;
 
 use super::declared::{Boxed, section_of_rows};
 use super::figures::{self, Drawn};
-use crate::claim::{Readings, Said, note};
+use crate::claim::{Readings, Said, in_full, note};
 use crate::journal::JournalError;
 use crate::record::{Artifact, RunOutcome};
 use crate::scene::{FigurePlan, RunPlan, Scene};
@@ -229,8 +229,10 @@ fn numbers(
         return Vec::new();
     };
     // The last multiple of `sample` may be before the end.
-    let is_earlier = plan.sample.is_some() && end.t < scene.problem.end;
-    let place = if is_earlier { format!("at t = {:.6}", end.t) } else { "at the end".into() };
+    let last = scene.problem.end;
+    let is_earlier = plan.sample.is_some_and(|spacing| !is_multiple(last, spacing));
+    let time = format!("{:.9e}", end.t).parse().unwrap_or(end.t);
+    let place = if is_earlier { format!("at t = {}", in_full(time)) } else { "at the end".into() };
     let at_end = |what: &str, value| (shown.method.to_owned(), format!("{what} {place}"), value);
     let mut numbers = vec![at_end("H", end.energy), at_end("Σ w", end.w.iter().sum())];
     if !end.s.is_empty() {

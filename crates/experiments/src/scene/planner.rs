@@ -88,7 +88,7 @@ impl Planner<'_> {
             let (name, range) = ("sample", "positive, and at most the end of time");
             return self.refuse(path, SceneProblem::Range { name, value: spacing, range });
         }
-        self.states_fit(path, (self.problem.end / spacing) as u64, columns)?;
+        self.states_fit(path, trajectory::samples(self.problem.end, spacing), columns)?;
         Ok(Some(spacing))
     }
 

@@ -138,7 +138,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         }
         let sweeps = self.sweeps(system, h, state, scales, share);
         if let Err(StepFailure::NotContracting { .. }) = sweeps {
-            self.stiff.record_swept(length, true, true);
+            self.stiff.record_refused(length);
         }
         let sweeps = sweeps?;
         let mut effort = Self::spent(sweeps);

@@ -41,13 +41,19 @@ impl Stiffness {
     }
 
     /// Records a step by sweeps: whether sweeps limited it, and whether it is far more accurate
-    /// than required. What sweeps leave may make one of several steps less accurate.
+    /// than required. One that is not halves the count and does not clear it, since the error that
+    /// sweeps leave may spoil one step among many.
     pub(super) fn record_swept(&mut self, h: f64, limited: bool, far: bool) {
         let before = self.limited_steps;
         self.limited_steps = if far { before + u64::from(limited) } else { before / 2 };
         if self.limited_steps >= self.wait {
             *self = Self { uses_newton: true, limited_steps: 0, tried: 0, trial_h: h, ..*self };
         }
+    }
+
+    /// Records a step that was refused because its sweeps did not contract.
+    pub(super) fn record_refused(&mut self, h: f64) {
+        self.record_swept(h, true, true);
     }
 
     /// Records a step by Newton's method.

@@ -381,6 +381,7 @@ impl Walk<'_> {
         self.at.image = self.shooting.image(&self.at.x)?;
         (self.at.along, self.fresh) = (along, true);
         self.longest /= ALPHA;
+        self.approach = Approach::default();
         Ok(())
     }
 }

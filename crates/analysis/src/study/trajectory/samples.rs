@@ -55,7 +55,7 @@ impl Legs {
         };
         let mut stopped = begin == 0 && keep(0, state.state_ref(), balance).is_break();
         self.samples = self.samples.max(1);
-        let times = Times { spacing, count: (problem.end / spacing).floor() as u64 };
+        let times = Times { spacing, count: samples(problem.end, spacing) };
         let mut step = bound.stepper(Tolerance::all(steps.tolerance));
         let leg = (SINGLE_STEPS / state.q.len() as u64).max(1);
         let end = grid.steps.min(begin.saturating_add(leg));
@@ -97,6 +97,12 @@ impl Legs {
     }
 }
 
+/// The number of the last multiple of `spacing` up to `end`: 3 of 0.1 up to 0.3, though the quotient
+/// of these numbers is below 3.
+pub fn samples(end: f64, spacing: f64) -> u64 {
+    (end / spacing * (1.0 + ROUNDED)) as u64
+}
+
 /// The times of the states that are kept.
 struct Times {
     spacing: f64,
@@ -132,5 +138,19 @@ impl Times {
             *next += 1;
         }
         stopped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_end_is_a_sample_where_it_is_a_multiple() {
+        for (end, spacing, count) in
+            [(0.3, 0.1, 3), (0.6, 0.2, 3), (0.7, 0.1, 7), (20.0, 0.3, 66), (0.9, 0.3, 3)]
+        {
+            assert_eq!(samples(end, spacing), count, "{end} by {spacing}");
+        }
     }
 }

@@ -18,7 +18,8 @@ pub(super) fn entry(path: &str, steps: &Spread, i: usize) -> String {
     }
 }
 
-/// The roundings of the larger end of a range below which a value is 0, as between -0.1 and 0.5.
+/// A value of a range within this many roundings of its larger end is 0, as one between -0.1 and
+/// 0.5.
 const ROUNDINGS: f64 = 2.0;
 
 impl Planner<'_> {

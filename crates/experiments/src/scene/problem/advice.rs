@@ -6,7 +6,7 @@ use afterbay_core::InputError;
 use afterbay_systems::CustomError;
 use std::fmt::Write;
 
-/// The most tables that are named where a key is in the wrong one. A choice: `methods` is in most.
+/// The most tables that are named where a key is in the wrong one. A choice: more would be nearly all.
 const MOST_TABLES: usize = 3;
 
 impl SceneProblem {
@@ -15,7 +15,8 @@ impl SceneProblem {
         match self {
             Self::UnknownKey { key, known, tables } => Some(match tables.len() {
                 1..=MOST_TABLES if nearest(key, known).is_none() => {
-                    format!("{key} is a key of {}", list(tables.iter().cloned()))
+                    let all = suggestion(key, known, "the keys are");
+                    format!("{all}; {key} is a key of {}", list(tables.iter().cloned()))
                 }
                 _ => suggestion(key, known, "the keys are"),
             }),
