@@ -16,9 +16,9 @@
 //! Then (q, p) is projected onto K along ∇H (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
 //! Integration, IV.4). The projection is of the size of the error of the step. If it would be too
 //! long, as near v = 0 where p is tiny in its unit, a second one measures q and p by their changes
-//! over the step. w is the sum above, unchanged. The workspace stores the (q, p) in which the last step
-//! ended and its target of H, so that roundings of K do not accumulate. For any other (q, p) H is
-//! computed anew.
+//! over the step. w is the sum above, unchanged. The workspace stores the (q, p) in which the last
+//! step ended and its target of H, so that roundings of K do not accumulate. For any other (q, p) H
+//! is computed anew.
 //!
 //! Explicit if D is linear in its momentum; otherwise each p½ solves a scalar equation. Systems
 //! whose D couples the momenta are refused. With one kick the method is passive where D is. Higher

@@ -97,8 +97,8 @@ impl Legs {
     }
 }
 
-/// The number of the last multiple of `spacing` up to `end`: 3 of 0.1 up to 0.3, though the quotient
-/// of these numbers is below 3.
+/// The number of the last multiple of `spacing` up to `end`: 3 of 0.1 up to 0.3, though the
+/// quotient of these numbers is below 3.
 pub fn samples(end: f64, spacing: f64) -> u64 {
     (end / spacing * (1.0 + ROUNDED)) as u64
 }

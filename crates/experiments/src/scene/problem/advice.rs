@@ -6,7 +6,8 @@ use afterbay_core::InputError;
 use afterbay_systems::CustomError;
 use std::fmt::Write;
 
-/// The most tables that are named where a key is in the wrong one. A choice: more would be nearly all.
+/// The most tables that are named where a key is in the wrong one. A choice: more would be nearly
+/// all.
 const MOST_TABLES: usize = 3;
 
 impl SceneProblem {
