@@ -14,11 +14,8 @@ const REPEATS: usize = 2;
 const OF_CYCLE: f64 = 0.01;
 /// The word for a motion that has no period because it still approaches a cycle.
 pub const SETTLING: &str = "still settling";
-/// The words for a motion without a period that has too few points to tell whether it settles,
-/// before their number.
-pub const FEW: &str = "no period within";
 /// The least number of points for each return of the cycle that a settling motion approaches.
-const POINTS_A_RETURN: usize = 32;
+pub const POINTS_A_RETURN: usize = 32;
 /// The longest cycle, in returns, that a settling motion is seen to approach.
 const LONGEST_APPROACHED: usize = 8;
 /// The parts of a settling motion in which distances of points fall, and the mean distance in the
@@ -61,19 +58,18 @@ impl Attractor {
 
     /// The kind in words, or [`SETTLING`].
     pub fn describe(&self) -> String {
-        match self.kind {
-            Kind::Aperiodic if self.is_settling() => SETTLING.into(),
-            // It may still settle as well.
-            Kind::Aperiodic if self.points.len() < POINTS_A_RETURN => {
-                format!("{FEW} {} points", self.points.len())
-            }
-            kind => kind.describe(),
+        match self.of_few_points() {
+            Some(points) => format!("{} {points}", self.kind.describe()),
+            None if self.is_settling() => SETTLING.into(),
+            None => self.kind.describe(),
         }
     }
 
-    /// Whether no coordinate moves.
-    pub fn is_rest(&self) -> bool {
-        self.kind == Kind::Period(1) && self.metric.is_at_rest()
+    /// The words for a motion without a period that has too few points to tell whether it settles.
+    pub fn of_few_points(&self) -> Option<String> {
+        let count = self.points.len();
+        let few = self.kind == Kind::Aperiodic && count < POINTS_A_RETURN;
+        few.then(|| format!("within {count} points"))
     }
 
     /// Whether the motion has no period because it still approaches a cycle. For some number of
@@ -258,6 +254,7 @@ mod tests {
         assert!(!points(100, &wave).is_settling());
         assert!(!points(31, &decay).is_settling());
         assert_eq!(points(31, &decay).describe(), "no period within 31 points");
+        assert_eq!(points(32, &wave).describe(), "no period");
         assert!(!points(1000, &|_| 1.0).is_settling());
         assert_eq!(points(100, &decay).describe(), SETTLING);
     }

@@ -96,6 +96,9 @@ pub struct Column {
     pub points: Vec<[Vec<f64>; 2]>,
     /// The outcome of the run. One that grows all along is `growing`.
     pub ending: Ending,
+    /// Whether the motion has come to rest, beside all of it since the initial state.
+    #[serde(default)]
+    pub rests: bool,
     /// The distance of the points.
     metric: Metric,
 }
@@ -191,7 +194,8 @@ impl Bifurcation {
         let ended = self.ensemble(row, h, progress).follow(members)?;
         let column = |((trace, ending), &value): ((Trace, Ending), &f64)| {
             let h = self.section.grid(&self.model(value)?, h)?.h;
-            Ok(trace.column([value, h], Way::Afresh, ending))
+            let rests = trace.returns.motion().is_rest_beside(trace.returns.motion().run());
+            Ok(Column { rests, ..trace.column([value, h], Way::Afresh, ending) })
         };
         ended.into_iter().zip(values).map(column).collect()
     }
@@ -224,7 +228,7 @@ impl Bifurcation {
             let (fresh, state) = (self.problem.start()?, trace.state.clone());
             whole.join(trace.returns.motion().run());
             let rests = trace.returns.motion().is_rest_beside(&whole);
-            let column = trace.column([value, step], way, ending);
+            let column = Column { rests, ..trace.column([value, step], way, ending) };
             start = match state {
                 Some(state) if column.ending.is_completed() && !rests => {
                     State { w: fresh.w, t: fresh.t, ..state }
@@ -315,7 +319,7 @@ impl Trace {
     fn column(self, [value, h]: [f64; 2], way: Way, ending: Ending) -> Column {
         let Self { returns, points, .. } = self;
         let (ending, metric) = (returns.ending(ending), returns.metric());
-        Column { value, h, way, points, ending, metric }
+        Column { value, h, way, points, ending, rests: false, metric }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, States, label, of_reference, show_states};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, counted, in_full, list, note};
+use crate::claim::{Readings, Said, counted, fixed, in_full, list, note};
 use crate::findings::all_zero;
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -155,11 +155,14 @@ fn kinds(diagram: &Diagram) -> Vec<Option<Attractor>> {
 /// The values at which the period changes, in words.
 fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> String {
     let word = |i: usize| match &kinds[i] {
-        Some(found) if found.is_rest() => REST.into(),
+        Some(_) if diagram.columns[i].rests => REST.into(),
         Some(found) if found.is_settling() => "none yet".into(),
         Some(found) => match found.kind {
             Kind::Period(period) => period.to_string(),
-            Kind::Aperiodic => "none".into(),
+            Kind::Aperiodic => match found.of_few_points() {
+                Some(points) => format!("none {points}"),
+                None => "none".into(),
+            },
         },
         None if diagram.columns[i].grows() => GROWING.into(),
         None => FAILED.into(),
@@ -172,8 +175,8 @@ fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> S
     });
     let all: Vec<String> = changes
         .map(|pair| {
-            let value = diagram.columns[pair[1]].value;
-            format!("{} to {} at {parameter} = {value:.4}", word(pair[0]), word(pair[1]))
+            let value = fixed(diagram.columns[pair[1]].value, 4);
+            format!("{} to {} at {parameter} = {value}", word(pair[0]), word(pair[1]))
         })
         .collect();
     match all.len() {
@@ -205,11 +208,11 @@ fn what_is_seen(r: &Readings) -> Said {
             let known = if all < number("values") { " where it has one" } else { "" };
             let at = if alike == all && all > 1.0 { "all".into() } else { format!("{alike} of") };
             let at = format!("{at} {}", counted(all, "value"));
-            let first = number("first other value");
+            let first = fixed(number("first other value"), 4);
             let other = if alike == all {
                 String::new()
             } else {
-                format!(", another, or none, first at {first:.4}")
+                format!(", another, or none, first at {first}")
             };
             format!("the attractor of the reference at {at}{known}{other}")
         };

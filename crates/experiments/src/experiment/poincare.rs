@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, FEW, SETTLING};
+use afterbay_analysis::study::attractor::{Attractor, POINTS_A_RETURN, SETTLING};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
@@ -18,6 +18,9 @@ use afterbay_analysis::study::poincare::{self, Poincare, Portrait};
 
 /// The table from which the charts are made.
 const DATA: &str = "poincare";
+
+/// The number of motions with too few points to tell whether they settle.
+const FEW: &str = "of few points";
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Poincare>) -> Boxed<'a> {
     let made = |plan: &DynamicsPlan<Poincare>, parts| sheet(scene, plan, plan.gather(parts));
@@ -33,9 +36,11 @@ fn sheet(
     let rows: Vec<_> = found.iter().flat_map(|portrait| &portrait.rows).collect();
     sheet.wide_data(DATA, &poincare::columns(model), &rows)?;
     for Portrait { row, h, endings, .. } in &found {
-        let record =
-            |ending: &Ending| RunOutcome::of(ending, "poincare", model.name(), row.name, *h);
-        sheet.runs.extend(endings.iter().map(record));
+        let record = |(start, ending): (usize, &Ending)| {
+            let point = (endings.len() > 1).then(|| format!("start {}", start + 1));
+            RunOutcome { point, ..RunOutcome::of(ending, "poincare", model.name(), row.name, *h) }
+        };
+        sheet.runs.extend(endings.iter().enumerate().map(record));
     }
     sheet.text(prose(plan, model));
     let readings = readings(&found);
@@ -82,8 +87,14 @@ fn readings(found: &[Portrait]) -> Readings {
         let broken = portrait.endings.iter().find(|ending| !ending.is_completed());
         readings.add(&label, "run", broken.map_or(COMPLETED, |ending| ending.outcome));
         readings.add(&label, "attractors", kinds(own, &portrait.endings));
+        let few = own.iter().flatten().filter(|own| own.of_few_points().is_some()).count();
+        if few > 0 {
+            readings.add(&label, FEW, few);
+        }
         if let Some(exact) = exact.filter(|_| portrait.row.name != EXACT) {
-            compare(&mut readings, &label, own, &attractors[exact]);
+            let reached = own.iter().zip(&attractors[exact]).zip(&portrait.endings);
+            let reached = reached.filter(|(_, ending)| !ending.is_interrupted());
+            compare(&mut readings, &label, &reached.map(|(pair, _)| pair).collect::<Vec<_>>());
         }
     }
     readings
@@ -94,10 +105,9 @@ fn readings(found: &[Portrait]) -> Readings {
 fn compare(
     readings: &mut Readings,
     label: &str,
-    own: &[Option<Attractor>],
-    exact: &[Option<Attractor>],
+    pairs: &[(&Option<Attractor>, &Option<Attractor>)],
 ) {
-    let pairs = || own.iter().zip(exact).filter_map(|(own, exact)| Some((own, exact.as_ref()?)));
+    let pairs = || pairs.iter().filter_map(|(own, exact)| Some((*own, exact.as_ref()?)));
     let starts = pairs().count();
     if starts > 0 {
         let both = || pairs().filter_map(|(own, exact)| Some((own.as_ref()?, exact)));
@@ -164,8 +174,10 @@ fn what_is_seen(r: &Readings) -> Said {
     if r.of_all("attractors").iter().any(|of| r.word(of, "attractors").contains(SETTLING)) {
         said += " A longer transient shows what a motion that is still settling comes to.";
     }
-    if r.of_all("attractors").iter().any(|of| r.word(of, "attractors").contains(FEW)) {
-        said += " Fewer than 32 points do not tell whether a motion is still settling.";
+    if !r.of_all(FEW).is_empty() {
+        said += &format!(
+            " Fewer than {POINTS_A_RETURN} points do not tell whether a motion is still settling."
+        );
     }
     (note(right), said)
 }
