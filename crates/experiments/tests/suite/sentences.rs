@@ -1,8 +1,9 @@
 //! Sentences say what was measured, and no number where nothing was.
 
-use afterbay_analysis::progress::Silent;
-use afterbay_experiments::experiment;
+use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_experiments::scene::Scene;
+use afterbay_experiments::{Finding, experiment};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn scene(system: &str, start: [f64; 2], [end, step]: [f64; 2], task: &str) -> Scene {
     let [q, p] = start;
@@ -167,4 +168,46 @@ fn the_first_failure_is_the_worst_of_its_step() {
     let steps = task("[0.0004]", "name = \"b\", from = 1.0, to = 1e4");
     let said = studied(&scene(stiff, [1.0, 0.0], [0.1, 0.0004], &steps));
     assert!(said.ends_with(" at h = 4.0e-4 (1 of 3 values of b)."), "{said}");
+}
+
+/// Stops once it has been asked so many times.
+struct Patient(AtomicUsize);
+
+impl Progress for Patient {
+    fn begin(&self, _stage: &str, _total: usize) {}
+    fn advance(&self) {}
+    fn stopped(&self) -> bool {
+        let ask = |left: usize| Some(left.saturating_sub(1));
+        self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, ask).is_ok_and(|left| left == 0)
+    }
+}
+
+/// A study that was interrupted says nothing of the runs that it did not begin.
+#[test]
+fn runs_that_were_not_begun_neither_fail_nor_differ() {
+    let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.4 }\n[drive]\n\
+                  force = [\"0.3*cos(1.3*t)\"]";
+    let diagram = |follow: bool| {
+        format!(
+            "[study.bifurcation]\nmethods = [\"moddg\"]\nsteps = [0.1]\ntransient = 40\n\
+             points = 40\nfollow = {follow}\n\
+             parameter = {{ name = \"k\", from = 1.0, to = 1.2, count = 30 }}"
+        )
+    };
+    let basins = "[study.basins]\nmethods = [\"moddg\"]\nsteps = [0.1]\n\
+                  grid = { q1 = { from = -1, to = 1, count = 8 }, p1 = { from = -1, to = 1, count = 8 } }";
+    let mut interrupted = 0;
+    for task in [diagram(false), diagram(true), basins.to_owned()] {
+        let scene = scene(system, [1.0, 0.0], [100.0, 0.1], &task);
+        for asked in [0, 3, 30, 60, 100, 300, 1000, 3000] {
+            let patient = Patient(AtomicUsize::new(asked));
+            let Ok((_, findings)) = experiment::study(&scene, &patient) else { continue };
+            let Some(Finding { statement: said, .. }) = findings.first() else { continue };
+            interrupted += usize::from(said.contains("interrupted"));
+            let whole = ["at 0 of", "another, or none", "failed", "one at", "one in"];
+            assert!(whole.iter().all(|words| !said.contains(words)), "{asked}: {said}");
+            assert!(!said.contains("that of the reference in 0.0 %"), "{asked}: {said}");
+        }
+    }
+    assert!(interrupted >= 3, "{interrupted}");
 }
