@@ -90,9 +90,9 @@ fn is_share(short: &Difference, long: &Difference, ratio: f64) -> bool {
 /// q, its rounding is all of q²/2, and for a larger q it is that of 1. That of a wrong gradient
 /// stays proportional to the interval. True where H ends too soon to tell.
 ///
-/// Where an interval holds several waves of H, as of cos q for a large q, its integral is not
-/// resolved, or the difference over it happens to be small. Those over the shorter intervals stay
-/// proportional there.
+/// An interval that holds several waves of H, as of cos q for a large q, does not count, since its
+/// integral is not resolved. A difference over few waves may be small by chance. The differences
+/// over the two shorter intervals are still proportional there, and those of noise are not.
 fn becomes_noise<T: Scalar, S: System<T> + ?Sized>(ray: &mut Ray<'_, T, S>) -> bool {
     let begin = ray.scale;
     let verdict = (0..DOUBLINGS).find_map(|doubling| {

@@ -22,7 +22,7 @@ const DATA: &str = "bifurcation";
 const FAILED: &str = "failed";
 /// The word for a value at which the motion comes to rest.
 const REST: &str = "rest";
-/// What is said where no run was begun.
+/// The words for a diagram none of whose runs was begun.
 const NOT_REACHED: &str = "nothing computed";
 /// The words that are not the period of a cycle.
 const WITHOUT_PERIOD: [&str; 3] = [GROWING, REST, NOT_REACHED];

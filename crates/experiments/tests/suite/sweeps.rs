@@ -1,4 +1,4 @@
-//! What a sweep says of its points: which of them failed, and what they warn of.
+//! The summary of a sweep names the points that failed and repeats the warnings of the others.
 
 use afterbay_analysis::progress::Silent;
 use afterbay_experiments::experiment;

@@ -8,13 +8,12 @@
 
 use super::end::End;
 use super::gauss::{Columns, Gauss};
-use super::stages::{Stages, extrapolate, weighted};
+use super::stages::{NOISE_ROUNDINGS, Stages, extrapolate, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{
     Budget, KINK_ORDER, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides, balance_by_motor,
 };
 use crate::collocation;
-use crate::kernels::reductions::max_norm;
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
 };
@@ -36,8 +35,6 @@ const SHORTEST_STRETCH: f64 = 0.5;
 /// The largest factor by which a step is multiplied where the contraction of sweeps permits it. A
 /// choice, for the same reason.
 const LONGEST_STRETCH: f64 = 2.0;
-/// The change in a sweep that is rounding, in roundings of the entries. A choice.
-const NOISE_ROUNDINGS: f64 = 4.0;
 /// The ratio of the changes of two sweeps above which they do not contract. A choice.
 const STALLED: f64 = 0.7;
 /// The error of the solver relative to the error allowed of the step; between 0 and 1. A choice.
@@ -319,7 +316,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             // may hide. The first change does not predict the next.
             let n = f64::from(2 * sweeps);
             let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
-            let is_noise = || sweeps > 3 && ratio > STALLED || self.are_roundings(moved, h, state);
+            let stalls = sweeps > 3 && ratio > STALLED;
+            let is_noise = || stalls || self.trial.are_roundings(moved, h, state);
             if change * rate <= SOLVER_SHARE * share || (change <= noise && is_noise()) {
                 self.contraction = if sweeps == 1 {
                     0.0
@@ -328,7 +326,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 };
                 return Ok(sweeps);
             }
-            if sweeps == MOST_SWEEPS || (sweeps > 3 && ratio > STALLED) {
+            if sweeps == MOST_SWEEPS || stalls {
                 let dof = self.trial.restless(system);
                 return Err(StepFailure::NotContracting { dof, iterations: sweeps, ratio });
             }
@@ -336,23 +334,6 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         }
         let dof = self.trial.restless(system);
         Err(StepFailure::NotContracting { dof, iterations: MOST_SWEEPS, ratio: f64::NAN })
-    }
-
-    /// Whether changes of q, p and w are roundings of their sizes in the step. The tolerance does
-    /// not tell: where an entry is far below the largest of the run, the error allowed of it is far
-    /// above its rounding.
-    fn are_roundings(&self, moved: [f64; 3], h: V::Scalar, state: &State<V>) -> bool {
-        let Stages { q, p, loss, .. } = &self.trial;
-        let size = |start: &V, at: &V| max_norm(start.as_slice()).max(max_norm(at.as_slice()));
-        let last = K - 1;
-        let gain = h.to_f64().abs() * max_norm(loss[last].as_slice());
-        let sizes = [
-            size(&state.q, &q[last]),
-            size(&state.p, &p[last]),
-            max_norm(state.w.as_slice()).max(gain),
-        ];
-        let largest = NOISE_ROUNDINGS * V::Scalar::EPSILON;
-        moved.iter().zip(sizes).all(|(&moved, size)| moved <= largest * size)
     }
 
     /// Computes z1 and the increments of the reservoirs.

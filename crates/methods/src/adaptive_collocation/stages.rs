@@ -9,9 +9,13 @@
 //! inlined, for the reason given in `points`.
 
 use super::gauss::{Columns, Gauss};
+use crate::kernels::reductions::max_norm;
 use crate::points::{dissipation, gradient};
 use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector};
 use std::array::from_fn;
+
+/// The change in a sweep that is rounding, in roundings of the entries. A choice.
+pub(super) const NOISE_ROUNDINGS: f64 = 4.0;
 
 /// The number of degrees of freedom computed side by side. With fewer, the nodes are computed side
 /// by side.
@@ -162,6 +166,22 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         };
         let length = h.to_f64().abs();
         [length * moved_q, length * moved_p, length * moved_w]
+    }
+
+    /// Whether changes of q, p and w in a sweep are roundings of their sizes in the step. The
+    /// tolerance does not tell: where an entry is far below the largest of the run, the error
+    /// allowed of it is far above its rounding.
+    pub(super) fn are_roundings(&self, moved: [f64; 3], h: V::Scalar, state: &State<V>) -> bool {
+        let size = |start: &V, at: &V| max_norm(start.as_slice()).max(max_norm(at.as_slice()));
+        let last = K - 1;
+        let gain = h.to_f64().abs() * max_norm(self.loss[last].as_slice());
+        let sizes = [
+            size(&state.q, &self.q[last]),
+            size(&state.p, &self.p[last]),
+            max_norm(state.w.as_slice()).max(gain),
+        ];
+        let largest = NOISE_ROUNDINGS * V::Scalar::EPSILON;
+        moved.iter().zip(sizes).all(|(&moved, size)| moved <= largest * size)
     }
 
     /// Computes p and q at the nodes from the given forces and velocities, and then the losses

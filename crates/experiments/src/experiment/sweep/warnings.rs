@@ -1,5 +1,5 @@
-//! What the points of a sweep warn of: runs in which H rises though it can only fall, and statements
-//! that do not hold although all runs completed.
+//! The warnings of a sweep. They count the points at which H rises though it can only fall, and
+//! those at which a statement does not hold although all runs completed.
 
 use super::Row;
 use crate::claim::{Readings, counted, list};

@@ -1,0 +1,140 @@
+//! Branches of limit cycles in a parameter: their bifurcations, and where they end.
+
+use super::*;
+
+/// A branch with the period as an unknown ends at a cycle that is known.
+#[test]
+fn a_branch_leads_from_one_cycle_to_another() {
+    let study = branch(study(van_der_pol(0.5), 60.0), "mu", [0.5, 2.0], 0);
+    let found = study.run(&REFERENCE, 0.1, &Silent).unwrap();
+    assert!(found.ending.is_completed() && found.points.len() > 10, "{:?}", found.ending);
+    assert!(found.points.iter().all(|point| point.event.is_none()));
+    let (last, exact) = (&found.points.last().unwrap().cycle, VAN_DER_POL[2].1);
+    assert_eq!(last.value, Some(2.0));
+    close("period", last.period, exact[0], 1e-8);
+    close("amplitude", last.amplitude[0], exact[1], 1e-8);
+}
+
+/// The cycles of q'' - (μ - q²) q' + q = 0 begin at the Hopf bifurcation μ = 0.
+#[test]
+fn a_branch_ends_where_its_cycles_shrink_to_rest() {
+    let system = "name = \"custom\"\npotential = \"q1^2/2\"\ndissipation = [\"-(mu - q1^2)*p1\"]\n\
+                  parameters = { mu = 0.5 }";
+    let study = branch(study(problem(system, "", [1.0, 0.0]), 60.0), "mu", [0.5, -0.3], 0);
+    for (row, shift) in [(&REFERENCE, 1e-8), (row("rk4"), 1e-4)] {
+        let found = study.run(row, 0.3, &Silent).unwrap();
+        assert_eq!(found.ending.outcome, "shrinks-to-rest", "{:?}", found.ending);
+        assert!(found.points.iter().all(|point| point.event.is_none()), "{}", row.name);
+        let last = &found.points.last().unwrap().cycle;
+        close("μ", last.value.unwrap(), 0.0, shift);
+        assert!(last.amplitude[0] < 2e-5, "{}", last.amplitude[0]);
+    }
+}
+
+/// The rotations of a pendulum with a torque g approach the homoclinic orbit of its saddle. There
+/// g = 0.373474, by bisection: a run of RK4 with steps of 0.002 along the unstable manifold just
+/// misses the next saddle, or passes it.
+#[test]
+fn a_branch_ends_where_its_period_grows_without_bound() {
+    let system = "name = \"custom\"\npotential = \"1 - cos(q1) - g*q1\"\n\
+                  dissipation = [\"0.3*v1\"]\nparameters = { g = 0.45 }";
+    let study = branch(study(problem(system, "", [0.0, 3.0]), 60.0), "g", [0.45, 0.3], 0);
+    let found = study.run(row("rk4"), 0.05, &Silent).unwrap();
+    assert_eq!(found.ending.outcome, "period-grows", "{:?}", found.ending);
+    let periods: Vec<f64> = found.points.iter().map(|point| point.cycle.period).collect();
+    assert!(periods.windows(2).all(|pair| pair[1] > pair[0]), "{periods:?}");
+    let above = found.points.last().unwrap().cycle.value.unwrap() - 0.373_474;
+    assert!((0.0..1e-3).contains(&above), "{above}");
+}
+
+/// A force that vanishes leaves cycles as small as it is, and no bifurcation.
+#[test]
+fn a_branch_goes_on_where_its_cycles_shrink_with_a_force() {
+    let drive = "[drive]\nforce = [\"f*cos(1.3*t)\"]\nparameters = { f = 1.0 }";
+    let study = branch(study(oscillator(0.3, drive), 100.0), "f", [1.0, 1e-7], 0);
+    let found = study.run(&REFERENCE, 0.1, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?}", found.ending);
+    let exact = 1e-7 / f64::hypot(1.0 - 1.69, 0.39);
+    close("amplitude", found.points.last().unwrap().cycle.amplitude[0], exact, 1e-12);
+}
+
+/// With D = ε (c - q² + q⁴) p the amplitude satisfies c - A²/4 + A⁴/8 = 0 as ε → 0: two cycles meet
+/// at c = 1/8, A = 1.
+#[test]
+fn a_branch_goes_round_a_fold() {
+    let system = "name = \"custom\"\npotential = \"q1^2/2\"\n\
+                  dissipation = [\"e*(c - q1^2 + q1^4)*p1\"]\nparameters = { e = 0.05, c = 0.0 }";
+    let study = branch(study(problem(system, "", [1.4, 0.0]), 400.0), "c", [0.05, 0.15], 0);
+    let found = study.run(row("increment-4"), 0.2, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?}", found.ending);
+    let folds: Vec<_> = found.events(Event::Fold).collect();
+    assert_eq!(folds.len(), 1);
+    close("c", folds[0].value.unwrap(), 0.125, 1e-3);
+    close("amplitude", folds[0].amplitude[0], 1.0, 1e-2);
+    close("multiplier", folds[0].nontrivial()[0][0], 1.0, 1e-8);
+    let [first, last] = [found.points.first(), found.points.last()].map(|x| &x.unwrap().cycle);
+    assert_eq!([first.value, last.value], [Some(0.05); 2]);
+    assert!(first.is_stable() && !last.is_stable());
+    for (cycle, sign) in [(first, 1.0), (last, -1.0)] {
+        let square = 1.0 + sign * (1.0 - 8.0 * 0.05_f64).sqrt();
+        close("amplitude", cycle.amplitude[0], square.sqrt(), 1e-2);
+    }
+}
+
+/// A drive far from resonance gives Van der Pol's oscillator the amplitude A = f/|1 - ω²|, and as
+/// μ → 0 its own oscillation is quenched if A² > 2. Below, a torus branches off.
+#[test]
+fn a_torus_branches_off_where_a_drive_quenches_no_more() {
+    let drive = "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 5.0, omega = 2.3 }";
+    let system = "name = \"van-der-pol\"\nparameters = { mu = 0.1 }";
+    let problem = problem(system, drive, [0.1, 0.0]);
+    let study = branch(study(problem, 400.0), "f", [8.0, 4.0], 0);
+    let found = study.run(row("increment-4"), 0.1, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?}", found.ending);
+    let events: Vec<_> = found.points.iter().filter_map(|point| point.event).collect();
+    assert_eq!(events, [Event::NeimarkSacker]);
+    let torus = found.events(Event::NeimarkSacker).next().unwrap();
+    let exact = 2.0_f64.sqrt() * (2.3 * 2.3 - 1.0);
+    close("f", torus.value.unwrap(), exact, 0.01 * exact);
+    let [re, im] = torus.multipliers[0];
+    close("|μ|", re.hypot(im), 1.0, 1e-9);
+}
+
+/// The cycles in one well of Holmes's oscillator: two folds, and then period doublings whose
+/// distances fall by Feigenbaum's δ = 4.669. They are those of modDG at this step.
+#[test]
+fn a_cascade_of_period_doublings_has_feigenbaums_ratio() {
+    let holmes = duffing([-1.0, 1.0, 0.25, 0.1, 1.0], [1.0, 0.0]);
+    let study = branch(study(holmes, 400.0), "f", [0.1, 0.4], 5);
+    let found = study.run(row("moddg"), 0.2, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?}", found.ending);
+    for fold in found.events(Event::Fold) {
+        close("multiplier", fold.multipliers[0][0], 1.0, 1e-8);
+    }
+    assert_eq!(found.events(Event::Fold).count(), 2);
+    let doublings: Vec<_> = found.events(Event::PeriodDoubling).collect();
+    let multiples: Vec<_> = doublings.iter().map(|cycle| cycle.multiple.unwrap()).collect();
+    assert_eq!(multiples, [1, 2, 4, 8, 16]);
+    for cycle in &doublings {
+        close("multiplier", cycle.multipliers[0][0], -1.0, 1e-8);
+    }
+    let values: Vec<_> = doublings.iter().map(|cycle| cycle.value.unwrap()).collect();
+    let between: Vec<_> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let ratios: Vec<_> = between.windows(2).map(|pair| pair[0] / pair[1]).collect();
+    println!("{values:?} {ratios:?}");
+    for ratio in &ratios {
+        close("ratio", *ratio, 4.669_201_609, 0.05 * 4.669);
+    }
+}
+
+/// A symmetric cycle of a hardening spring loses its symmetry.
+#[test]
+fn a_cycle_that_loses_its_symmetry_is_a_branching() {
+    let study =
+        branch(study(duffing([0.0, 1.0, 0.2, 1.0, 1.0], [1.0, 0.0]), 400.0), "f", [1.0, 4.0], 0);
+    let found = study.run(row("moddg"), 0.2, &Silent).unwrap();
+    let events: Vec<_> = found.points.iter().filter_map(|point| point.event).collect();
+    assert_eq!(events, [Event::Branching], "{:?}", found.ending);
+    let cycle = found.events(Event::Branching).next().unwrap();
+    close("multiplier", cycle.multipliers[0][0], 1.0, 1e-6);
+}
