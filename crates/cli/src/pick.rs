@@ -8,7 +8,7 @@ use crate::table::Column;
 use crate::{interrupt, recommended, scene, table};
 use afterbay_analysis::Measured;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, Trial, Wanted};
-use afterbay_experiments::{ReportError, experiment};
+use afterbay_experiments::{ReportError, experiment, in_short};
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -195,7 +195,7 @@ fn why_not(candidate: &Candidate) -> String {
 fn setting(run: &Trial) -> String {
     match run.tolerance {
         Some(_) => run.setting(),
-        None => format!("step = {}", table::number(run.h)),
+        None => format!("step = {}", in_short(run.h)),
     }
 }
 
@@ -205,11 +205,11 @@ fn cost(candidate: &Candidate) -> String {
     let number = |error: Option<f64>| error.map_or(String::new(), |error| format!("{error:.1e}"));
     let seconds = run.seconds.map_or("not timed".into(), |seconds| format!("{seconds:.1e} s"));
     format!(
-        "{seconds}, error {} in (q, p) and {} in w on the way (largest at t = {:.3}), {} and {} at \
+        "{seconds}, error {} in (q, p) and {} in w on the way (largest at t = {}), {} and {} at \
          the end",
         said(run.qp()),
         said(run.w()),
-        run.worst_t,
+        in_short(run.worst_t),
         number(run.end_qp),
         number(run.end_w),
     )

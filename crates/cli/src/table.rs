@@ -117,15 +117,6 @@ pub(crate) fn text(text: &str) -> Result<(), Failure> {
     line(&textwrap::fill(&text, options).replace('\u{a0}', " "))
 }
 
-/// A number in four digits, without an exponent where it is near 1.
-pub(crate) fn number(x: f64) -> String {
-    let short: f64 = format!("{x:.3e}").parse().unwrap_or(x);
-    match short.abs() {
-        size if size != 0.0 && !(1e-3..1e6).contains(&size) => format!("{short:e}"),
-        _ => short.to_string(),
-    }
-}
-
 /// Prints JSON.
 pub(crate) fn json(value: &impl Serialize) -> Result<(), Failure> {
     let mut out = BufWriter::new(io::stdout().lock());

@@ -20,6 +20,6 @@ pub mod scene;
 mod sheet;
 mod units;
 
-pub use claim::{Finding, counted, in_full};
+pub use claim::{Finding, counted, in_full, in_short};
 pub use sheet::ReportError;
 pub use units::UnitsTable;

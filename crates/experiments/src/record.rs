@@ -2,20 +2,19 @@
 
 mod files;
 mod held;
+mod outcome;
 
 pub(crate) use files::{remove_abandoned, temporary};
 pub use held::Held;
+pub use outcome::{Alike, RunOutcome};
 
 use crate::chart::Drawing;
 use crate::data::{self, DataError, DataFormat};
 use crate::report::Report;
 use afterbay_analysis::rows::RowsFile;
-use afterbay_analysis::study::outcome::Ending;
-use afterbay_analysis::study::work_precision::WorkRow;
-use afterbay_analysis::words::{Word, word};
 use files::{write_by, write_whole};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{self, BufWriter, Read};
@@ -129,43 +128,6 @@ pub struct Manifest {
     pub threads: usize,
     /// The outcome of every run.
     pub runs: Vec<RunOutcome>,
-}
-
-/// The outcome of one run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct RunOutcome {
-    /// The study it belongs to.
-    #[serde(deserialize_with = "word")]
-    pub study: Word,
-    /// The system.
-    #[serde(deserialize_with = "word")]
-    pub system: Word,
-    /// The method.
-    #[serde(deserialize_with = "word")]
-    pub method: Word,
-    /// The step.
-    pub h: f64,
-    /// The values at the point of a sweep, a diagram or a map, as `a = 1.5, q1 = 0`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub point: Option<String>,
-    /// The ending in one word.
-    pub outcome: String,
-    /// The failure in words.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub failure: Option<String>,
-}
-
-impl RunOutcome {
-    /// The outcome of a run that ended in this way.
-    pub(crate) fn of(ending: &Ending, study: Word, system: Word, method: Word, h: f64) -> Self {
-        let Ending { outcome, failure } = ending.clone();
-        Self { study, system, method, h, point: None, outcome: outcome.into(), failure }
-    }
-
-    /// The outcome of a run whose work was measured.
-    pub(crate) fn of_work(row: &WorkRow, system: Word) -> Self {
-        Self::of(&row.ending(), "work-precision", system, row.method, row.h)
-    }
 }
 
 impl Manifest {

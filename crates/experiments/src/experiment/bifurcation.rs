@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, States, label, of_reference, show_states};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, counted, fixed, in_full, list, note};
+use crate::claim::{Readings, Said, counted, in_full, list, note, significant};
 use crate::findings::all_zero;
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -175,7 +175,7 @@ fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> S
     });
     let all: Vec<String> = changes
         .map(|pair| {
-            let value = fixed(diagram.columns[pair[1]].value, 4);
+            let value = significant(diagram.columns[pair[1]].value, 5);
             format!("{} to {} at {parameter} = {value}", word(pair[0]), word(pair[1]))
         })
         .collect();
@@ -208,7 +208,7 @@ fn what_is_seen(r: &Readings) -> Said {
             let known = if all < number("values") { " where it has one" } else { "" };
             let at = if alike == all && all > 1.0 { "all".into() } else { format!("{alike} of") };
             let at = format!("{at} {}", counted(all, "value"));
-            let first = fixed(number("first other value"), 4);
+            let first = significant(number("first other value"), 5);
             let other = if alike == all {
                 String::new()
             } else {

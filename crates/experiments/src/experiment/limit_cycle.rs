@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, label, of_reference};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, fixed, list, note, sci};
+use crate::claim::{Readings, Said, list, note, sci, significant};
 use crate::findings::all_completed;
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -179,8 +179,8 @@ fn what_is_seen(r: &Readings) -> Said {
         };
         format!(
             "{label}: period {}, amplitude {}, {stable} (largest multiplier {}){off}{events}{end}",
-            fixed(number("period"), 6),
-            fixed(number("amplitude"), 6),
+            significant(number("period"), 7),
+            significant(number("amplitude"), 7),
             sci(number("multiplier")),
         )
     };

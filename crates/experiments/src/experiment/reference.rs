@@ -1,22 +1,18 @@
 //! Methods at several steps beside a reference: their labels, and charts of their states.
 
 use crate::chart::{Curve, LineChart};
+use crate::claim::significant;
 use crate::sheet::{Sheet, dotted};
 use afterbay_methods::registry::{REFERENCE, Row};
 
 /// The label of the reference.
 pub(super) const EXACT: &str = REFERENCE.name;
 
-/// The label of a method and its step, which has at least four digits: what is found belongs to
-/// the label.
+/// The label of a method and its step, which has four digits: what is found belongs to the label.
 pub(super) fn label(row: &Row, h: f64) -> String {
     match row.name {
         EXACT => EXACT.into(),
-        name if h < 1e-3 => format!("{name}, h = {h:.3e}"),
-        name => {
-            let zeros = (-h.log10()).ceil().max(1.0);
-            format!("{name}, h = {h:.*}", zeros as usize + 3)
-        }
+        name => format!("{name}, h = {}", significant(h, 4)),
     }
 }
 
@@ -65,8 +61,8 @@ mod tests {
     #[test]
     fn a_step_has_four_digits_however_short_it_is() {
         let rk4 = find("rk4").expect("a method");
-        let labels = [1e-5, 4e-5, 2e-3, 0.0123, 0.0124, 0.1].map(|h| label(rk4, h));
-        let ends = ["1.000e-5", "4.000e-5", "0.002000", "0.01230", "0.01240", "0.1000"];
+        let labels = [1e-5, 4e-5, 2e-3, 0.0123, 0.0124, 0.1, 1e7].map(|h| label(rk4, h));
+        let ends = ["1.000e-5", "4.000e-5", "0.002000", "0.01230", "0.01240", "0.1000", "1.000e7"];
         assert_eq!(labels, ends.map(|end| format!("rk4, h = {end}")));
     }
 }

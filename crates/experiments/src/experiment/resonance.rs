@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, label, of_reference};
 use crate::chart::{self, Axis, LineChart};
-use crate::claim::{Found, Readings, Said, counted, fixed, in_full, note, sci};
+use crate::claim::{Found, Readings, Said, counted, fixed, in_full, note, sci, significant};
 use crate::findings::all_zero;
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -171,8 +171,8 @@ fn what_is_seen(r: &Readings) -> Said {
         format!(
             "{label}: largest steady amplitude of q1 {} at {}{off}; supplied and dissipated energy \
              differ by {} of it at most{unsteady}{fails}",
-            fixed(number("peak"), 4),
-            fixed(number("at"), 4),
+            significant(number("peak"), 5),
+            significant(number("at"), 5),
             sci(number("balance")),
         )
     };

@@ -6,7 +6,7 @@ mod warnings;
 
 use super::declared::{Boxed, section};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Found, Readings, Said, note};
+use crate::claim::{Found, Readings, Said, in_short, note};
 use crate::journal::Afresh;
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::Verdict;
@@ -297,7 +297,7 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
                 values().fold(f64::NEG_INFINITY, f64::max),
             ];
             let cells = [topic, what, of].map(str::to_owned).into_iter();
-            ranges.push(cells.chain([number(least), number(most)]).collect());
+            ranges.push(cells.chain([in_short(least), in_short(most)]).collect());
         }
         let same = |points: &Vec<(f64, f64)>| {
             points.iter().all(|x| x.1.to_bits() == points[0].1.to_bits())
@@ -323,16 +323,6 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
     }
     sheet.show_pairs(figures);
     sheet.table(&["topic", "number", "of", "least", "largest"], ranges);
-}
-
-/// A number with four significant digits.
-fn number(value: f64) -> String {
-    let size = value.abs();
-    if value != 0.0 && !(1e-3..1e5).contains(&size) {
-        return format!("{value:.3e}");
-    }
-    let whole = if size < 1.0 { 0 } else { size.log10() as usize };
-    format!("{value:.*}", 3_usize.saturating_sub(whole))
 }
 
 /// A logarithmic axis for positive values of several orders of magnitude.

@@ -4,7 +4,7 @@ mod kept;
 
 use super::declared::{Boxed, section_of_rows};
 use super::figures::{self, Drawn};
-use crate::claim::{Readings, Said, fixed, in_full, note};
+use crate::claim::{Readings, Said, in_full, note, significant};
 use crate::journal::JournalError;
 use crate::record::{Artifact, RunOutcome};
 use crate::scene::{FigurePlan, RunPlan, Scene};
@@ -345,7 +345,8 @@ fn tell(sheet: &mut Sheet, plan: &RunPlan, events: &[EventRow]) {
     let cells = |method: &'static str, event: &EventPlan| {
         let of = events.iter().filter(|row| row.method == method && row.event == event.name);
         let times: Vec<f64> = of.map(|row| row.t).collect();
-        let first: Vec<String> = times.iter().take(MOST_LISTED).map(|&t| fixed(t, 6)).collect();
+        let first: Vec<String> =
+            times.iter().take(MOST_LISTED).map(|&t| significant(t, 7)).collect();
         let more = if times.len() > MOST_LISTED { ", …" } else { "" };
         let count = times.len().to_string();
         vec![method.into(), event.name.clone(), count, format!("{}{more}", first.join(", "))]

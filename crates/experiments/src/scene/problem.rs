@@ -2,6 +2,7 @@
 
 mod advice;
 
+use crate::claim::in_full;
 pub(crate) use advice::suggestion;
 use afterbay_analysis::ModelError;
 use afterbay_core::InputError;
@@ -139,7 +140,7 @@ pub enum SceneProblem {
         why: &'static str,
     },
     /// A number outside its range.
-    #[error("{name} = {} must be {range}", short(*value))]
+    #[error("{name} = {} must be {range}", in_full(*value))]
     Range {
         /// The name of the number.
         name: &'static str,
@@ -298,12 +299,6 @@ fn no_number(text: &str) -> &'static str {
         Ok(value) if value.is_finite() => "is too small to be told from 0",
         _ => "is not a finite number",
     }
-}
-
-/// A number with as few digits as tell it from others.
-fn short(value: f64) -> String {
-    let whole = value.fract() == 0.0 && value.abs() < 1e15;
-    if whole { value.to_string() } else { format!("{value:?}") }
 }
 
 impl From<InputError> for SceneProblem {

@@ -74,6 +74,6 @@ fn a_branch_that_comes_to_rest_begins_afresh() {
     let scene = Scene::read(text).unwrap_or_else(|error| panic!("{error}"));
     let (_, findings) = study(&scene, &Silent).expect("it runs");
     let said = &findings[0].statement;
-    let changes = "period 1 to rest at m = 0.1300, 1 to rest at m = 0.1300.";
+    let changes = "period 1 to rest at m = 0.13000, 1 to rest at m = 0.13000.";
     assert!(said.contains(changes), "{said}");
 }
