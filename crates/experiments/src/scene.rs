@@ -33,7 +33,7 @@ use crate::record::hash_of;
 use afterbay_analysis::study::Problem;
 use afterbay_core::{Grid, Quantity, Scalar, State};
 use afterbay_methods::registry::Row;
-use planner::Planner;
+use planner::{Planner, Plans};
 use source::Source;
 use std::path::Path;
 use std::sync::Arc;
@@ -123,12 +123,11 @@ impl Scene {
             Planner { source, document: &document, problem: &problem, steps, points: 1 };
         let sweep = planner.sweep()?.map(Arc::new);
         planner.points = sweep.as_ref().map_or(1, |sweep| sweep.count());
-        let (run, studies) = (planner.run()?, planner.studies()?);
-        let changing = run.as_ref().and_then(|run| planner.changing(&run.events));
-        if let Some(error) = changing.as_ref().filter(|_| !studies.is_empty()) {
-            return Err(error.clone());
-        }
+        let Plans { run, studies, changing } = planner.plans()?;
         let figures = planner.figures(run.as_ref())?;
+        if let Some(sweep) = &sweep {
+            planner.check_points(sweep)?;
+        }
         let (title, units) = (document.title.clone(), document.units.clone().unwrap_or_default());
         let step = grid.h.to_f64();
         Ok(Self { title, step, problem, run, figures, units, studies, sweep, document, changing })

@@ -1,5 +1,6 @@
 //! Trajectories by each method.
 
+mod coarse;
 mod kept;
 
 use super::declared::{Boxed, section_of_rows};
@@ -200,6 +201,7 @@ fn sheet(
     if plan.sample.is_some_and(|spacing| !is_multiple(spacing, scene.step)) {
         readings.add("states", "between steps", "kept");
     }
+    coarse::read(plan, &found, &mut readings);
     sheet.find(TOPIC, readings, where_they_went);
     sheet.numbers.extend(found.iter().flat_map(|run| numbers(run, (scene, plan))));
     let shown: Vec<&Trajectory> = found.iter().map(|run| &run.shown).collect();
@@ -334,6 +336,7 @@ fn where_they_went(r: &Readings) -> Said {
             rises.join(", ")
         );
     }
+    statement += &coarse::say(r);
     (note(done == all.len()), statement)
 }
 

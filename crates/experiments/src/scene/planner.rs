@@ -30,6 +30,14 @@ pub(super) struct Planner<'a> {
     pub(super) points: usize,
 }
 
+/// What a scene asks for.
+pub(super) struct Plans {
+    pub(super) run: Option<RunPlan>,
+    pub(super) studies: Studies,
+    /// The error of what does not follow an event that changes the state.
+    pub(super) changing: Option<SceneError>,
+}
+
 /// The method that runs with the tolerance of [run] if no other is named.
 const UNLESS_NAMED: &str = "adaptive-collocation";
 
@@ -49,7 +57,17 @@ impl Planner<'_> {
         result.or_else(|error| self.refuse(path, error))
     }
 
-    pub(super) fn run(&self) -> Planned<Option<RunPlan>> {
+    /// The plans of [run] and of the studies.
+    pub(super) fn plans(&self) -> Planned<Plans> {
+        let (run, studies) = (self.run()?, self.studies()?);
+        let changing = run.as_ref().and_then(|run| self.changing(&run.events));
+        match changing {
+            Some(error) if !studies.is_empty() => Err(error),
+            changing => Ok(Plans { run, studies, changing }),
+        }
+    }
+
+    fn run(&self) -> Planned<Option<RunPlan>> {
         let Some(table) = &self.document.run else { return Ok(None) };
         let path = "run.methods";
         let Methods { fixed: methods, mut adaptive } = self.methods(path, &table.methods)?;
@@ -100,7 +118,7 @@ impl Planner<'_> {
         }
     }
 
-    pub(super) fn studies(&self) -> Planned<Studies> {
+    fn studies(&self) -> Planned<Studies> {
         self.refuse_timed()?;
         Ok(Studies {
             local_order: self.local_order()?,

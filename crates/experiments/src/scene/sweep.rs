@@ -4,7 +4,7 @@
 mod axis;
 
 use super::document::{Document, Expression};
-use super::planner::Planner;
+use super::planner::{Planner, Plans};
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use super::{Scene, check_start, problem_of};
@@ -63,19 +63,23 @@ impl Scene {
     /// The scene at a point of its sweep: the same with other parameters and another initial state.
     ///
     /// # Errors
-    /// None at a point of the sweep: each was checked when the scene was read.
+    /// [`SceneProblem::Unsupported`] if a method does not apply to the system at this point. All
+    /// else was checked when the scene was read.
     pub fn at(&self, index: usize) -> Result<Self, SceneError> {
-        let source = Source::parse("")?;
-        let problem = match &self.sweep {
-            Some(sweep) => Problems::new(&source, &self.document, sweep).at(index)?.clone(),
-            None => self.problem.clone(),
-        };
-        Ok(Self { problem, sweep: None, ..self.clone() })
+        let Some(sweep) = &self.sweep else { return Ok(self.clone()) };
+        let source = &Source::parse("")?;
+        let mut points = Points::new(source, &self.document, sweep);
+        let problem = points.at(index)?.clone();
+        let (document, steps) = (points.document, (problem.end / self.step).round() as u64);
+        let points = sweep.count();
+        let planner = Planner { source, document: &document, problem: &problem, steps, points };
+        let Plans { run, studies, changing } = planner.plans()?;
+        Ok(Self { problem, run, studies, changing, document, sweep: None, ..self.clone() })
     }
 }
 
 impl Planner<'_> {
-    /// The points of the sweep, at each of which the scene is valid.
+    /// The sweep. Its points are not checked.
     pub(super) fn sweep(&self) -> Result<Option<Sweep>, SceneError> {
         let Some(table) = &self.document.sweep else { return Ok(None) };
         let axes = table
@@ -96,36 +100,46 @@ impl Planner<'_> {
         )?;
         let names = axes.iter().map(|axis| axis.name.clone()).collect();
         let count = listed as u64 * samples;
-        let sweep = Sweep { names, axes, samples, seed: table.seed, count };
-        let problems = || Problems::new(self.source, self.document, &sweep);
-        let dof = self.problem.model.dof();
-        let wrong = |problems: &mut Problems<'_>, index| match problems.at(index) {
-            Ok(problem) if problem.model.dof() != dof => {
-                let why = "it is the number of degrees of freedom";
-                let varied = SceneProblem::NotVaried { name: "n".into(), why };
-                self.refuse::<()>("sweep.vary", varied).err()
-            }
-            found => found.err(),
-        };
+        Ok(Some(Sweep { names, axes, samples, seed: table.seed, count }))
+    }
+
+    /// Checks the scene at every point.
+    pub(super) fn check_points(&self, sweep: &Sweep) -> Result<(), SceneError> {
+        let points = || Points::new(self.source, self.document, sweep);
+        let wrong = |points: &mut Points<'_>, index| self.check(points, index).err();
         // The error is that of the first point, whatever the threads.
-        let points = (0..sweep.count()).into_par_iter();
-        match points.map_init(problems, wrong).find_map_first(|error| error) {
-            Some(error) => Err(error),
-            None => Ok(Some(sweep)),
+        let all = (0..sweep.count()).into_par_iter();
+        all.map_init(points, wrong).find_map_first(|error| error).map_or(Ok(()), Err)
+    }
+
+    /// Checks the scene at a point.
+    fn check(&self, points: &mut Points<'_>, index: usize) -> Result<(), SceneError> {
+        let problem = points.at(index)?.clone();
+        if problem.model.dof() != self.problem.model.dof() {
+            let why = "it is the number of degrees of freedom";
+            let varied = SceneProblem::NotVaried { name: "n".into(), why };
+            return self.refuse("sweep.vary", varied);
+        }
+        let planner = Planner { document: &points.document, problem: &problem, ..*self };
+        match planner.plans() {
+            // The other points can be run.
+            Ok(_) | Err(SceneError { problem: SceneProblem::Unsupported { .. }, .. }) => Ok(()),
+            Err(error) => Err(points.error_at(index, error)),
         }
     }
 }
 
 /// Makes the problems of points. The model is made anew where parameters change.
-struct Problems<'a> {
+struct Points<'a> {
     source: &'a Source<'a>,
+    /// The document with the parameters of the last point.
     document: Document,
     sweep: &'a Sweep,
     /// The values of the last point, and its problem.
     last: Option<(Vec<f64>, Problem)>,
 }
 
-impl<'a> Problems<'a> {
+impl<'a> Points<'a> {
     fn new(source: &'a Source<'a>, document: &Document, sweep: &'a Sweep) -> Self {
         Self { source, document: document.clone(), sweep, last: None }
     }
@@ -133,11 +147,6 @@ impl<'a> Problems<'a> {
     /// The problem at a point. Expressions of parameters and of the initial state follow.
     fn at(&mut self, index: usize) -> Result<&Problem, SceneError> {
         let values = self.sweep.values(index);
-        let within = |error: SceneError| {
-            let (at, problem) = (self.sweep.place(index), Box::new(error.problem));
-            let problem = SceneProblem::AtPoint { at, problem };
-            SceneError { problem, span: self.source.span("sweep.vary") }
-        };
         let axes = || self.sweep.axes.iter().zip(&values);
         let is_parameter = |axis: &Axis| matches!(axis.target, Target::Parameter);
         let mut problem = match self.last.take() {
@@ -156,7 +165,8 @@ impl<'a> Problems<'a> {
                         .unwrap_or(&mut self.document.system.parameters);
                     parameters.insert(axis.name.clone(), Expression::Number(value));
                 }
-                problem_of(self.source, &self.document).map_err(within)?
+                let found = problem_of(self.source, &self.document);
+                found.map_err(|error| self.error_at(index, error))?
             }
         };
         for (axis, &value) in axes() {
@@ -169,7 +179,14 @@ impl<'a> Problems<'a> {
                 *entry = value;
             }
         }
-        check_start(self.source, &problem).map_err(within)?;
+        check_start(self.source, &problem).map_err(|error| self.error_at(index, error))?;
         Ok(&self.last.insert((values, problem)).1)
+    }
+
+    /// An error of a point, with its values.
+    fn error_at(&self, index: usize, error: SceneError) -> SceneError {
+        let (at, problem) = (self.sweep.place(index), Box::new(error.problem));
+        let problem = SceneProblem::AtPoint { at, problem };
+        SceneError { problem, span: self.source.span("sweep.vary") }
     }
 }

@@ -211,3 +211,28 @@ fn runs_that_were_not_begun_neither_fail_nor_differ() {
     }
     assert!(interrupted >= 3, "{interrupted}");
 }
+
+/// A tolerance is an absolute error where the motion is small: K is kept, but q is not known.
+#[test]
+fn a_tolerance_above_the_size_of_a_motion_is_named() {
+    let said = |size: f64, method: &str| {
+        let task = format!("[run]\nmethods = [\"{method}\"]\ntolerance = 1e-6");
+        let scene = scene(
+            "name = \"custom\"\npotential = \"1 - cos(q1)\"",
+            [size, 0.0],
+            [10.0, 0.1],
+            &task,
+        );
+        let (_, findings) = experiment::run(&scene, &Silent).expect("it runs");
+        findings[0].statement.clone()
+    };
+    let small = said(1e-7, "adaptive-dop853");
+    let named = "The tolerance 1.0e-6 is an absolute error below 1, but |q| is 1.0e-7 at most and \
+                 |p| is 1.0e-7 at most.";
+    assert!(small.contains(named), "{small}");
+    // `adaptive-collocation` runs too if no other method takes the tolerance.
+    assert!(said(1e-7, "rk4").contains(named));
+    for size in [1.0, 0.01, 0.0] {
+        assert!(!said(size, "adaptive-dop853").contains("absolute"), "{size}");
+    }
+}

@@ -166,3 +166,94 @@ fn mistakes_are_refused() {
     let error = Scene::read(&format!("{singular}[sweep]\n{sweep}\n")).unwrap_err();
     assert_eq!(error.to_string(), "at c = 0, p1 = 0: this is inf");
 }
+
+/// A driven oscillator, with each study of its attractors.
+const DRIVEN: &str = r#"[system]
+name = "duffing"
+parameters = { c = 0.3, alpha = 1, beta = 1 }
+[drive]
+force = ["f*cos(omega*t)"]
+parameters = { f = 0.5, omega = 1.5 }
+[initial]
+q = [0.3]
+p = [0.5]
+[time]
+end = 2.0
+step = 0.1
+[run]
+methods = ["moddg"]
+events = { turn = { of = "p1" } }
+[study.energy]
+[study.poincare]
+transient = 20
+points = 40
+[study.bifurcation]
+parameter = { name = "f", from = 0.1, to = 0.2, count = 2 }
+transient = 20
+points = 40
+[study.resonance]
+parameter = { name = "omega", from = 1.0, to = 1.2, count = 2 }
+transient = 20
+[study.basins]
+grid = { q1 = { from = -1, to = 1, count = 2 }, p1 = { from = -1, to = 1, count = 2 } }
+longest = 100
+[study.lyapunov]
+time = 40
+"#;
+
+/// An oscillator with a limit cycle, with the studies that take no drive.
+const AUTONOMOUS: &str = r#"[system]
+name = "modified-van-der-pol"
+parameters = { mu = 0.3, alpha = 1, beta = 0.1 }
+[initial]
+q = [0.3]
+p = [0.5]
+[time]
+end = 30.0
+step = 0.1
+[run]
+methods = ["moddg"]
+[study.local-order]
+base_step = 0.1
+steps = [0.2, 0.1]
+[study.long-run]
+count = 200
+[study.limit-cycle]
+[study.stability]
+parameter = { name = "beta", from = 0.1, to = 0.4, count = 3 }
+methods = ["rk4"]
+steps = { from = 0.5, to = 3, count = 11 }
+"#;
+
+/// At each point, every study is that of the scene with the values written into it.
+#[test]
+fn studies_are_those_of_the_system_at_each_point() {
+    for (text, tables) in [
+        (DRIVEN, &["energy", "poincare", "bifurcation", "resonance", "basins", "lyapunov"][..]),
+        (AUTONOMOUS, &["local_orders", "long_run", "limit_cycle", "stability"]),
+    ] {
+        let swept = format!("{text}[sweep]\nvary.alpha = [1, 1.25]\nvary.q1 = [0.3, 0.4]\n");
+        let (all, _) = experiment::study(&Scene::read(&swept).unwrap(), &Silent).unwrap();
+        let mut first = vec![String::new(); tables.len()];
+        for (index, (alpha, q)) in
+            [("1.0", "0.3"), ("1.0", "0.4"), ("1.25", "0.3"), ("1.25", "0.4")]
+                .into_iter()
+                .enumerate()
+        {
+            let text = text.replace("alpha = 1", &format!("alpha = {alpha}"));
+            let scene = Scene::read(&text.replace("q = [0.3]", &format!("q = [{q}]"))).unwrap();
+            let (single, _) = experiment::study(&scene, &Silent).unwrap();
+            for (name, first) in tables.iter().zip(&mut first) {
+                let of_point = format!("{index},{alpha},{q},");
+                let rows = table(&all, name).lines().filter_map(|row| row.strip_prefix(&of_point));
+                let alone: Vec<&str> = table(&single, name).lines().skip(1).collect();
+                assert!(rows.eq(alone.iter().copied()), "{name} at {of_point}");
+                match index {
+                    0 => *first = alone.join("\n"),
+                    _ => assert!(alpha == "1.0" || *first != alone.join("\n"), "{name}"),
+                }
+                assert!(!alone.is_empty(), "{name}");
+            }
+        }
+    }
+}
