@@ -134,8 +134,8 @@ impl<T: Scalar> EnergyRounding<T> {
     }
 
     /// The rounding of the forces, times 1/ε, where H has the value `energy` and second derivatives
-    /// up to `second`. It is an estimate by dimensions: a term H of the second derivative H'' has a
-    /// slope of about √(H H'').
+    /// by q up to `second`. It is an estimate by dimensions: a term H of the second derivative H''
+    /// has a slope of about √(H H'').
     pub(crate) fn of_forces(&self, energy: f64, second: f64) -> f64 {
         // The product of the two may overflow where this does not.
         (energy.abs() + self.largest).sqrt() * second.sqrt()

@@ -63,10 +63,11 @@ impl Model {
     }
 
     /// Binds a method to eight systems side by side, which differ in the parameter `name`. Returns
-    /// `None` where the system or the method does not run in lanes.
+    /// `None` where the system or the method does not run in lanes, or where these systems require
+    /// different steps.
     ///
     /// # Errors
-    /// [`InputError::Parameter`], and [`InputError::Unsupported`] where the method does not apply.
+    /// [`InputError::Parameter`].
     pub fn bind_lanes(
         &self,
         row: &Row,
@@ -81,8 +82,12 @@ impl Model {
             return Ok(None);
         }
         let run = afterbay_inlined::bind_lanes(row, &system)
-            .unwrap_or_else(|| registry::bind(row, system.clone()))?;
-        Ok(Some(Lanes { run, system }))
+            .unwrap_or_else(|| registry::bind(row, system.clone()));
+        match run {
+            Ok(run) => Ok(Some(Lanes { run, system })),
+            Err(InputError::Unsupported { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 
     /// The system in a scalar, with its abilities.

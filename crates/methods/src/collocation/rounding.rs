@@ -4,21 +4,22 @@ use super::iteration::{Problem, ROUNDINGS_A_TERM, Workspace};
 use super::nodes::extent;
 use crate::kernels::reductions::max_norm;
 use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
-use crate::second_derivatives::{largest_second_derivative, second_order};
+use crate::second_derivatives::{SecondDerivatives, second_order};
 use afterbay_core::{Curvature, Scalar, Vector};
+use std::array::from_fn;
 
 /// The largest change of the coefficients, in roundings, that may be noise.
 const NOISE_ROUNDINGS: f64 = 64.0;
 /// The largest change relative to p at which the rounding of H is measured. As a motion decays, the
-/// first changes that are noise are small; a measurement takes 255 gradients. A choice.
+/// first changes that are noise are small; a measurement takes 300 gradients. A choice.
 const LARGEST_FIRST_NOISE: f64 = 1e-3;
 
 impl<V: Vector> Workspace<V> {
-    /// The scale of the rounding error of K over the step: `Σ |H| + Σ |w_j| + (1 + h |H''|) |z| (Σ
-    /// |∂H| + Σ |D_j|)` at both ends, in which the second derivatives amplify the rounding of z,
-    /// and the measured rounding of H. A rounding of the forces changes K by no more than a
-    /// rounding of one of these terms. A larger change is due to a quadrature that does not resolve
-    /// H.
+    /// The scale of the rounding error of K over the step: the measured rounding of H, and at both
+    /// ends `|H| + Σ |w_j| + Σ |∂H/∂q_j + D_j| |δq| + Σ |∂H/∂p_j| |δp|`, in which the second
+    /// derivatives amplify the roundings δq and δp of q and p over the step. A rounding of the
+    /// forces changes K by no more than a rounding of one of these terms. A larger change is due to
+    /// a quadrature that does not resolve H.
     #[cold]
     pub(super) fn terms<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -35,14 +36,13 @@ impl<V: Vector> Workspace<V> {
             let (q, p) = (q.as_slice(), p.as_slice());
             system.gradient(q, p, hq, hp);
             system.dissipation(q, p, hp, d);
-            let (largest, z) =
-                (largest_second_derivative(system, q, p), max_norm(q).max(max_norm(p)));
-            let slopes = total(hq) + total(hp) + total(d);
-            let reach = (1.0 + h.to_f64().abs() * largest) * z;
+            let sizes = [max_norm(q), max_norm(p)];
+            let rates = SecondDerivatives::at(system, q, p).rounded(sizes);
+            let reach: [f64; 2] = from_fn(|i| sizes[i] + h.to_f64().abs() * rates[i]);
+            let slopes = reach[0] * (total(hq) + total(d)) + reach[1] * total(hp);
             // At an equilibrium the slopes vanish, and a rounding of z changes H in second order.
-            let square = largest * V::Scalar::EPSILON * z * z;
-            terms +=
-                system.energy(q, p).to_f64().abs() + total(w.as_slice()) + reach * slopes + square;
+            let square = V::Scalar::EPSILON * second_order(system, q, p);
+            terms += system.energy(q, p).to_f64().abs() + total(w.as_slice()) + slopes + square;
         }
         terms
     }
@@ -89,8 +89,8 @@ impl<V: Vector> Workspace<V> {
 
     /// Whether changes that no longer shrink, of the given share of p, are the rounding of the
     /// forces. Near an equilibrium the forces are differences of large terms, and p is small
-    /// compared with the effect of their rounding: `ε h |H''| |z|` away from the origin, and the
-    /// rounding of these terms ([`EnergyRounding::of_forces`]).
+    /// compared with the effect of their rounding: `ε h |∂²H/∂q∂q| |q|` away from the origin, and
+    /// the rounding of these terms ([`EnergyRounding::of_forces`]).
     #[cold]
     pub(super) fn is_noise<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -101,14 +101,14 @@ impl<V: Vector> Workspace<V> {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let length = h.to_f64().abs();
         let size = extent(&state.p, &self.p_modes, length);
-        let second = largest_second_derivative(system, q, p);
-        let moved = second * max_norm(q).max(max_norm(p));
+        let second = SecondDerivatives::at(system, q, p);
+        let [_, moved] = second.rounded([max_norm(q), max_norm(p)]);
         let is_within = |forces: f64| {
             let terms = size + length * (moved + forces);
             change * size <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms)
         };
         let energy = start.to_f64();
-        if is_within(self.energy_rounding.of_forces(energy, second)) {
+        if is_within(self.energy_rounding.of_forces(energy, second.of_potential())) {
             return true;
         }
         if change > LARGEST_FIRST_NOISE {
@@ -117,6 +117,6 @@ impl<V: Vector> Workspace<V> {
         if self.energy_rounding.measure(system, q, p).is_err() {
             return false;
         }
-        is_within(self.energy_rounding.of_forces(energy, second))
+        is_within(self.energy_rounding.of_forces(energy, second.of_potential()))
     }
 }

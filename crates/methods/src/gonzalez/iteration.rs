@@ -9,7 +9,7 @@
 use super::equation::{Lambda, Workspace};
 use super::update::terms;
 use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
-use crate::second_derivatives::largest_second_derivative;
+use crate::second_derivatives::SecondDerivatives;
 use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
@@ -94,7 +94,7 @@ impl<V: Vector> Workspace<V> {
     {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let measured = self.measured.measure(system, q, p)?;
-        let second = largest_second_derivative(system, q, p);
+        let second = SecondDerivatives::at(system, q, p).of_potential();
         self.force_rounding = self.measured.of_forces(state.energy(system).to_f64(), second);
         if self.has_lambda {
             let [hq, hp] = &mut self.end_slopes;

@@ -51,8 +51,8 @@ impl<V: Vector> Friction<V> {
     /// Returns `None` if friction does not couple the momenta.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] if D is not linear in the momenta, or if R is not symmetric and
-    /// has more than 512 rows.
+    /// [`InputError::Unsupported`] if D is not linear in the momenta, if R is not symmetric and has
+    /// more than 512 rows, or if lanes differ in the symmetry of R.
     pub(super) fn new<S>(system: &S) -> Result<Option<Self>, InputError>
     where
         S: Separable<V::Scalar> + ?Sized,
@@ -70,7 +70,10 @@ impl<V: Vector> Friction<V> {
                 "D depends on the momenta of others and is not linear in them: take gonzalez",
             );
         }
-        let symmetric = symmetric::<V, S>(system);
+        let symmetric = symmetric::<V, S>(system, 0);
+        if (1..V::Scalar::LANES).any(|lane| self::symmetric::<V, S>(system, lane) != symmetric) {
+            return refuse("R is symmetric in some lanes and not in others");
+        }
         if !symmetric && n > MOST_MOMENTA {
             return refuse(
                 "D = R ∂H/∂p with R not symmetric couples more than 512 momenta: take gonzalez",
@@ -101,13 +104,13 @@ impl<V: Vector> Friction<V> {
     }
 }
 
-/// Tests whether R is symmetric, at q = 0 and at two pseudo-random points of each of several
-/// magnitudes. Where an analytic R(q) is symmetric at points in general position, it is symmetric
-/// everywhere. Points where R is not finite are skipped.
+/// Tests whether R is symmetric in a lane, at q = 0 and at two pseudo-random points of each of
+/// several magnitudes. Where an analytic R(q) is symmetric at points in general position, it is
+/// symmetric everywhere. Points where R is not finite are skipped.
 ///
 /// With D = C p = R v and v_j = p_j/m_j, R_ij = C_ij m_j. Entries are compared to rounding, also
 /// relative to the diagonal: |R_ij|² ≤ R_ii R_jj where R is positive semidefinite.
-fn symmetric<V, S>(system: &S) -> bool
+fn symmetric<V, S>(system: &S, lane: usize) -> bool
 where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
@@ -121,12 +124,12 @@ where
     let mut q = V::zeros(n);
     TESTED_SIZES.iter().chain(&TESTED_SIZES[1..]).all(|&size| {
         q.as_mut_slice().iter_mut().for_each(|q| *q = number(size));
-        symmetric_at::<V, S>(system, &q)
+        symmetric_at::<V, S>(system, &q, lane)
     })
 }
 
-/// Tests whether R is symmetric at q.
-fn symmetric_at<V, S>(system: &S, q: &V) -> bool
+/// Tests whether R is symmetric at q in a lane.
+fn symmetric_at<V, S>(system: &S, q: &V, lane: usize) -> bool
 where
     V: Vector,
     S: Separable<V::Scalar> + ?Sized,
@@ -137,7 +140,7 @@ where
         p.as_mut_slice()[j] = system.mass(j);
         let drag = system.dissipation_of(q.as_slice(), p.as_slice(), i).value;
         p.as_mut_slice()[j] = V::Scalar::zero();
-        drag.to_f64()
+        drag.lane(lane)
     };
     let diagonal: Vec<f64> = (0..n).map(|j| entry(j, j)).collect();
     let rounding = f64::EPSILON * (1000.0 + n as f64);

@@ -6,7 +6,7 @@ use crate::commit;
 use crate::iteration::{Correction, Iteration, Verdict};
 use crate::kernels::reductions::max_norm;
 use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding, roundings};
-use crate::second_derivatives::largest_second_derivative;
+use crate::second_derivatives::SecondDerivatives;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
 
@@ -201,7 +201,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
     fn is_noise(&mut self) -> Result<bool, StepFailure> {
         let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
         let z = max_norm(q).max(max_norm(p));
-        let second = largest_second_derivative(self.system, q, p);
+        let second = SecondDerivatives::at(self.system, q, p).largest();
         self.measure_rounding()?;
         let rounding = &self.workspace.energy_rounding;
         let forces = second * z + rounding.of_forces(self.start.to_f64(), second);

@@ -54,6 +54,23 @@ fn side_by_side_each_has_the_verdict_it_has_alone() {
     assert!(ends.len() >= 6, "{ends:?}");
 }
 
+/// Friction with a skew part takes other steps than symmetric friction, which b = 0 gives.
+#[test]
+fn symmetric_friction_beside_skew_friction_changes_no_verdict() {
+    let friction = ["c*v1 - b*v2", "b*v1 + c*v2"];
+    let model = custom("-(q1^2 + q2^2)/2", &friction, &[("b", 3.0), ("c", 0.02)]);
+    let problem = Problem { model, q: vec![0.1, 0.0], p: vec![0.0; 2], end: 50.0 };
+    let (values, steps) = (spread(5, 0.0, 4.0), [0.05, 0.5]);
+    let (end, least_steps) = (50.0, 100);
+    let map = Map { problem, parameter: "b", values: &values, steps: &steps, end, least_steps };
+    let methods = rows(&["increment-1", "increment-2", "rk4"]);
+    let references = map.references(&Silent).expect("references");
+    let together = map.judge(&methods, &references, &Silent).expect("cells");
+    let alone = map.judge_alone(&methods, &references, &Silent).expect("cells");
+    assert_eq!(together, alone);
+    assert!(together.iter().all(|cell| cell.verdict != Verdict::PassivityViolated));
+}
+
 #[test]
 fn a_map_is_the_same_for_any_number_of_threads() {
     let problem = Problem { model: well(0.1), q: vec![1.3], p: vec![0.4], end: 20.0 };
