@@ -9,6 +9,7 @@ mod method;
 mod observer;
 mod reservoir;
 mod tolerance;
+mod undefined;
 
 pub use adaptive::{Statistics, integrate_controlled, integrate_within, sample_within};
 pub use controller::StepControl;

@@ -252,8 +252,16 @@ impl<V: Vector> Workspace<V> {
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
         self.smooth = !self.passes_kink(system, state);
-        let shares = errors_allowed.map(|allowed| allowed.recip().min(f64::MAX));
-        let error = self.error::<B>(shares, self.smooth);
+        let shares = |allowed: [f64; 3]| allowed.map(|allowed| allowed.recip().min(f64::MAX));
+        let mut error = self.error::<B>(shares(errors_allowed), self.smooth);
+        if error > 1.0 {
+            // The estimate for w contains roundings of its gain, which w at the start, as 0, may not
+            // show.
+            let gain = V::Scalar::EPSILON * largest(&self.gain);
+            let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * gain;
+            errors_allowed[2] = errors_allowed[2].max(rounding);
+            error = self.error::<B>(shares(errors_allowed), self.smooth);
+        }
         // A ratio that overflows is an error that is too large; numbers that are not finite give
         // NaN.
         let error = if error == f64::INFINITY { f64::MAX } else { error };

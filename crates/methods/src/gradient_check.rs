@@ -3,7 +3,7 @@
 
 use crate::measured_rounding::EXPLAINED_ROUNDINGS;
 use crate::ray::{Difference, Memory, Ray};
-use afterbay_core::{Scalar, StepFailure, System};
+use afterbay_core::{Scalar, Separable, StepFailure, System};
 
 /// The error of ∇H·z, as a share of its terms, from which on ∇H may not be the gradient of H. A
 /// choice: mistakes are larger. Roundings of ∇H of this size differ from node to node, so that the
@@ -15,6 +15,8 @@ const UNEVEN: f64 = 0.25;
 /// Each check begins with an interval of 2^-k z, for these k in turn. A choice: the shortest is
 /// below the waves of cos q up to |q| of some hundreds.
 const LONGEST: [i32; 4] = [4, 6, 8, 10];
+/// Roundings of q whose effect on ∇V bounds the rounding of ∇V. A choice.
+const SLOPE_ROUNDINGS: f64 = 64.0;
 /// The number of times that z is doubled at most. A choice: from the least number whose square is
 /// normal, 1e-154, to beyond 1.
 const DOUBLINGS: i32 = 520;
@@ -38,6 +40,37 @@ pub(crate) fn check_gradient<T: Scalar, S: System<T> + ?Sized>(
         return Ok(());
     }
     check_slope(&mut Ray { system, z: [q, p], scale: 1.0, memory: &mut Memory::new(q.len()) })
+}
+
+/// Checks by [`check_gradient`], and that the ∂V/∂q_j of a separable system are those of its
+/// gradient. A difference that is no larger than the change of ∇V by a few roundings of q is one of
+/// rounding.
+///
+/// # Errors
+/// [`StepFailure::NotGradient`] and [`StepFailure::NotPartial`]
+#[cold]
+pub(crate) fn check_partials<T: Scalar, S: Separable<T> + ?Sized>(
+    system: &S,
+    q: &[T],
+    p: &[T],
+) -> Result<(), StepFailure> {
+    check_gradient(system, q, p)?;
+    let [mut slopes, mut beside, mut hp] = [(); 3].map(|()| vec![T::zero(); q.len()]);
+    system.gradient(q, p, &mut slopes, &mut hp);
+    let rounded = T::from_f64(1.0 + SLOPE_ROUNDINGS * T::EPSILON);
+    let near: Vec<T> = q.iter().map(|&q| q * rounded).collect();
+    system.gradient(&near, p, &mut beside, &mut hp);
+    let changes = slopes.iter().zip(&beside).map(|(&a, &b)| (b - a).abs().to_f64());
+    let rounding = changes.fold(0.0, f64::max);
+    for (dof, slope) in slopes.into_iter().enumerate() {
+        let partial = system.partial(q, dof, q[dof]);
+        let (off, size) = ((partial - slope).abs().to_f64(), partial.abs() + slope.abs());
+        if off > rounding && off > LARGEST_SLOPE_ERROR * size.to_f64() {
+            let (partial, slope) = (partial.to_f64(), slope.to_f64());
+            return Err(StepFailure::NotPartial { dof, partial, slope });
+        }
+    }
+    Ok(())
 }
 
 /// Checks that ∇H·z is the slope of H. An error is a large part of it, proportional to the

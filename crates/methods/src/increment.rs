@@ -50,7 +50,7 @@ pub use general::GeneralIncrement;
 pub(crate) use sweep::{Member, Stride, advance, sweep};
 
 use crate::balance::{self, Account};
-use crate::gradient_check::check_gradient;
+use crate::gradient_check::check_partials;
 use afterbay_core::{
     Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };
@@ -178,7 +178,7 @@ pub(crate) fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
         let terms =
             |q: &[T]| sum(&mut (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs()));
         let at = |q: &[T]| terms(q) + balance::rounding_of_potential(system, q);
-        check_gradient(system, before[0], before[1])?;
+        check_partials(system, before[0], before[1])?;
         Ok(at(before[0]) + at(after[0]))
     };
     let (before, after) = (account(before), account(after));

@@ -55,6 +55,7 @@ impl Binding for Leapfrog {
     const LANES: Option<InLanes<Self>> = Some(Self::bind_stored);
 
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.states_coupling()?;
         target.fixed::<V, _, _>(*self, target.separable()?)
     }
 }

@@ -36,6 +36,7 @@ mod balance;
 mod commit;
 mod coordinate;
 mod gradient_check;
+mod hidden_coupling;
 mod iteration;
 mod kernels;
 mod kick;

@@ -56,6 +56,7 @@ pub struct LocallyExact;
 
 impl Binding for LocallyExact {
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.states_coupling()?;
         target.fixed::<V, _, _>(*self, target.curvature()?)
     }
 }
@@ -68,7 +69,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
-        Ok(Workspace::new(system))
+        Workspace::new(system)
     }
 
     fn step(

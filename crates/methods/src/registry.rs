@@ -154,5 +154,9 @@ impl Needs {
 /// [`InputError::Unsupported`] where the system lacks an ability the method needs, or the method
 /// does not run in this scalar.
 pub fn bind<T: Number>(row: &Row, system: Arc<dyn Abilities<T>>) -> Result<Run<T>, InputError> {
+    if system.dof() == 0 {
+        let why = "the system has no degree of freedom";
+        return Err(InputError::Unsupported { method: row.name, why });
+    }
     T::bind(row, &system)
 }

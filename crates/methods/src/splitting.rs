@@ -70,6 +70,7 @@ pub(crate) struct Splittings(pub(crate) fn() -> Composition);
 
 impl Binding for Splittings {
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
+        target.states_coupling()?;
         target.fixed::<V, _, _>(Splitting::new(self.0())?, target.separable()?)
     }
 }

@@ -65,7 +65,7 @@ pub fn word<T>(result: &Result<T, IntegrateError>) -> &'static str {
 /// One word for the failure of a step.
 pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
     match failure {
-        StepFailure::NonFinite { .. } => "not-finite",
+        StepFailure::NonFinite { .. } | StepFailure::Undefined { .. } => "not-finite",
         StepFailure::NotContracting { .. } => "not-contracting",
         StepFailure::NewtonStalled { .. } => "newton-stalled",
         StepFailure::SeveralSolutions { .. } => "several-solutions",
@@ -75,7 +75,7 @@ pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
         | StepFailure::EdgeUnresolved { .. }
         | StepFailure::BalanceLost { .. } => "unresolved",
         StepFailure::AcrossSingularity { .. } => "singularity",
-        StepFailure::NotGradient { .. } => "not-gradient",
+        StepFailure::NotGradient { .. } | StepFailure::NotPartial { .. } => "not-gradient",
         StepFailure::TooLong { .. } => "too-long",
         StepFailure::NoRelaxationRoot { .. } => "no-relaxation-root",
         StepFailure::ProjectionFailed { .. } => "projection-failed",

@@ -18,6 +18,14 @@ pub enum InputError {
         /// The end asked for.
         end: f64,
     },
+    /// A time that is not finite, or before the one from which it is to be reached.
+    #[error("the time {to:?} must be finite and not before {from:?}")]
+    Backwards {
+        /// The time before.
+        from: f64,
+        /// The time asked for.
+        to: f64,
+    },
     /// An end that is no whole number of steps away.
     #[error("the end {end:?} is no multiple of the step h = {h:?}: take h = {nearest:?}")]
     NotAMultiple {

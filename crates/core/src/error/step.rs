@@ -8,13 +8,27 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepFailure {
     /// The step gives a number that is not finite.
-    #[error("{quantity}{} becomes {value:?}: {}", dof + 1, remedy(*value))]
+    #[error("{} becomes {value:?}: {}", quantity.of(*dof), remedy(*value))]
     NonFinite {
         /// The vector.
         quantity: Quantity,
         /// The degree of freedom, from 0.
         dof: usize,
         /// The value it would have.
+        value: f64,
+    },
+    /// A velocity or a force has no finite value at the state from which the step begins.
+    #[error(
+        "{} = {value:?} where the step begins: check the parameters and the masses, or begin where \
+         H and D have values",
+        quantity.of(*dof)
+    )]
+    Undefined {
+        /// ∂H/∂q, ∂H/∂p or D
+        quantity: Quantity,
+        /// The degree of freedom, from 0.
+        dof: usize,
+        /// The value it has.
         value: f64,
     },
     /// The fixed-point iteration does not contract.
@@ -125,6 +139,21 @@ pub enum StepFailure {
     EventsAccumulate {
         /// Their number.
         count: u64,
+    },
+    /// The ∂V/∂q_j that a separable system gives is not that of its gradient, so that no step keeps
+    /// K.
+    #[error(
+        "partial() gives ∂V/∂q{} = {partial:e} and gradient() gives {slope:e}: \
+         `validate::separable` compares the two, and `Formulas` derives both from H",
+        dof + 1
+    )]
+    NotPartial {
+        /// The degree of freedom, from 0.
+        dof: usize,
+        /// The derivative that `partial` gives.
+        partial: f64,
+        /// The derivative that `gradient` gives.
+        slope: f64,
     },
     /// The gradient that a system gives is not that of its energy, so that no step keeps K.
     #[error(

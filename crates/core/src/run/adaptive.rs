@@ -5,6 +5,7 @@ use super::integrate::check_between;
 use super::method::{Adaptive, Attempt, Effort};
 use super::observer::Observer;
 use super::tolerance::Tolerance;
+use super::undefined::or_undefined;
 use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
@@ -13,6 +14,9 @@ use crate::system::{State, System};
 /// the larger of |t| and the proposed step: 512 unit roundoffs. Over so short a step the estimate
 /// is rounding.
 const LARGEST_UNCONTROLLED: f64 = 5.7e-14;
+
+/// The largest relative change of a step by which its end becomes a number of the scalar. A choice.
+const MOST_ROUNDED: f64 = 0.125;
 
 /// The steps of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -88,7 +92,7 @@ where
 /// as well.
 ///
 /// # Errors
-/// Those of [`integrate_within`], and [`InputError::End`] if the times do not ascend.
+/// Those of [`integrate_within`], and [`InputError::Backwards`] if the times do not ascend.
 pub fn sample_within<V, S, M, O>(
     method: &M,
     system: &S,
@@ -105,10 +109,10 @@ where
 {
     let Some(&end) = times.last() else { return Ok(Statistics::default()) };
     if let Some(pair) = times.windows(2).find(|pair| !pair[0].le(pair[1]).all()) {
-        return Err(InputError::End { end: pair[1].to_f64() }.into());
+        return Err(backwards(pair[0], pair[1]).into());
     }
     if !state.t.le(times[0]).all() {
-        return Err(InputError::End { end: times[0].to_f64() }.into());
+        return Err(backwards(state.t, times[0]).into());
     }
     let control = StepControl::default();
     let mut run = Run::new(method, system, tolerance, control, end, state)?;
@@ -146,6 +150,19 @@ where
     Ok(run.statistics)
 }
 
+fn backwards<T: Scalar>(from: T, to: T) -> InputError {
+    InputError::Backwards { from: from.to_f64(), to: to.to_f64() }
+}
+
+/// The step nearest to h that ends at a number of the scalar. A rounding of t + h would be an error
+/// of the time at every step. A step of a few roundings of t stays as it is, so that it can shrink.
+#[inline(always)]
+fn between_times<T: Scalar>(t: T, h: T) -> T {
+    let rounded = (t + h) - t;
+    let change = ((rounded - h) / h).to_f64().abs();
+    if change <= MOST_ROUNDED { rounded } else { h }
+}
+
 /// Whether a step h at the time t is so short that its estimated error is rounding.
 fn is_uncontrolled<T: Scalar>(h: T, t: T) -> bool {
     h.to_f64() <= LARGEST_UNCONTROLLED * t.to_f64().abs()
@@ -181,7 +198,7 @@ where
         control.check()?;
         let span = (end - state.t).to_f64();
         if !(span >= 0.0 && span.is_finite()) {
-            return Err(InputError::End { end: end.to_f64() });
+            return Err(backwards(state.t, end));
         }
         let workspace = method.workspace(system, tolerance, span)?;
         let h = control.initial.unwrap_or_else(|| first(system, state, tolerance)).min(span);
@@ -224,7 +241,9 @@ where
         Ok(run.statistics.effort)
     }
 
+    #[cold]
     fn failed(&self, state: &State<V>, failure: StepFailure) -> RunError {
+        let failure = or_undefined(self.system, state, self.statistics.accepted == 0, failure);
         RunError { step: self.statistics.accepted + 1, t: state.t.to_f64(), failure }
     }
 
@@ -241,6 +260,7 @@ where
                 steps if steps < 2.0 => left.half(),
                 _ => V::Scalar::from_f64(self.controller.h),
             };
+            let h = if last { h } else { between_times(state.t, h) };
             let short = self.controller.h < self.controller.least();
             if state.t + h == state.t || (short && !last) {
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));

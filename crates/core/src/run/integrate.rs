@@ -4,8 +4,10 @@ use super::grid::Grid;
 use super::method::{Effort, Method};
 use super::observer::Observer;
 use super::reservoir::{Reservoir, STEPS_OF_BLOCK};
-use crate::error::{IntegrateError, RunError, StepFailure};
+use super::undefined::or_undefined;
+use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::numbers::{Scalar, Vector};
+use crate::quantity::Quantity;
 use crate::system::{State, System};
 use std::ops::ControlFlow;
 
@@ -59,6 +61,11 @@ where
     O: Observer<V> + ?Sized,
 {
     state.check(system.dof())?;
+    if remainder.as_slice().len() != system.dof() {
+        let (expected, found) = (system.dof(), remainder.as_slice().len());
+        let quantity = Quantity::Reservoir;
+        return Err(InputError::Length { quantity, expected, found }.into());
+    }
     grid.check_from(state.t)?;
     if observer.observe(0, state).is_break() {
         return Ok(Effort::default());
@@ -121,6 +128,7 @@ where
                 Err((good, failure)) => {
                     done += good;
                     current.t = time(done);
+                    let failure = or_undefined(system, &current, done == 0, failure);
                     outcome = Err(failed(done + 1, done, failure));
                 }
             }
@@ -171,8 +179,9 @@ where
     let start = state.t;
     for step in 1..=grid.steps {
         before.copy(state);
-        let taken =
-            method.steps(system, grid.h, 1, state, workspace).map_err(|(_, failure)| failure);
+        let taken = method
+            .steps(system, grid.h, 1, state, workspace)
+            .map_err(|(_, failure)| or_undefined(system, &before, step == 1, failure));
         let examined = taken.and_then(|spent| {
             check_between(system, before.q.as_slice(), state.q.as_slice()).map(|()| spent)
         });

@@ -45,9 +45,11 @@ impl<V: Vector, F: FnMut(u64, &State<V>) -> ControlFlow<()>> Observer<V> for F {
     }
 }
 
-/// An observer that passes on every `stride`-th step, by default from the initial state on.
+/// An observer that passes on every `stride`-th step, by default from the initial state on. It
+/// begins anew with each run.
 #[derive(Clone, Debug)]
 pub struct Every<O> {
+    first: u64,
     stride: u64,
     next: u64,
     inner: O,
@@ -61,13 +63,16 @@ impl<O> Every<O> {
 
     /// Step `first` and every `stride`-th step after it go to `inner`.
     pub fn starting(first: u64, stride: u64, inner: O) -> Self {
-        Self { stride: stride.max(1), next: first, inner }
+        Self { first, stride: stride.max(1), next: first, inner }
     }
 }
 
 impl<V: Vector, O: Observer<V>> Observer<V> for Every<O> {
     #[inline(always)]
     fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()> {
+        if step == 0 {
+            self.next = self.first;
+        }
         if step != self.next {
             return ControlFlow::Continue(());
         }

@@ -95,8 +95,8 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
     /// Adds a drive to a system.
     ///
     /// # Errors
-    /// [`InputError::Length`] if the drive acts on a degree of freedom that the system does not
-    /// have, or twice on one; [`InputError::Unsupported`] if the system has a drive already.
+    /// [`InputError::Unsupported`] if the drive acts on a degree of freedom that the system does not
+    /// have, or twice on one, or if the system has a drive already.
     pub fn new<T: Scalar>(system: Arc<S>, drive: Arc<D>) -> Result<Self, InputError>
     where
         S: System<T>,
@@ -109,11 +109,15 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
         }
         let mut motors = vec![None; dof];
         for (k, &j) in drive.driven().iter().enumerate() {
-            let Some(motor) = motors.get_mut(j).filter(|motor| motor.is_none()) else {
-                let quantity = crate::quantity::Quantity::Drive;
-                return Err(InputError::Length { quantity, expected: dof, found: j + 1 });
+            let why = match motors.get_mut(j) {
+                Some(motor @ None) => {
+                    *motor = Some(k);
+                    continue;
+                }
+                Some(_) => "it acts twice on one degree of freedom: add the forces",
+                None => "it acts on a degree of freedom that the system does not have",
             };
-            *motor = Some(k);
+            return Err(InputError::Unsupported { method: "a drive", why });
         }
         Ok(Self { system, drive, dof, motors })
     }

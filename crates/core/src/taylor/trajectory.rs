@@ -3,7 +3,7 @@
 use super::defect::ALLOWED_ROUNDINGS;
 use super::{Defect, Expansion, Sampled};
 use crate::error::InputError;
-use crate::numbers::{Scalar, Series, Vector};
+use crate::numbers::{Mask, Scalar, Series, Vector};
 use crate::system::{State, System};
 
 /// The length of strides and the disturbances of a trajectory.
@@ -62,7 +62,7 @@ const STRIDES_PER_DOUBLING: u32 = 4;
 ///
 /// # Errors
 /// [`InputError::Length`] and [`InputError::NotFinite`] if `start` is no state of the system.
-/// [`InputError::SolutionEnds`] if the strides shrink to 0: at a blow-up, at a singularity such as
+/// [`InputError::Step`] if `count` h is not finite. [`InputError::SolutionEnds`] if the strides shrink to 0: at a blow-up, at a singularity such as
 /// √x at 0, and where the flow stays on a kink. [`InputError::Budget`] if more strides are needed
 /// than `pace` allows.
 pub fn follow<S, V, const M: usize>(
@@ -80,6 +80,9 @@ where
     let dof = system.dof();
     start.check(dof)?;
     let end = V::Scalar::from_f64(count as f64) * h;
+    if !end.is_finite().all() {
+        return Err(InputError::Step { h: h.to_f64() });
+    }
     let mut dice = Dice(1);
     let mut route = Route::default();
     let trusted = |expansion: &Expansion<V, M>, origin: V::Scalar| {

@@ -74,9 +74,12 @@ fn parts(
         let partial = s.partial(&moved(q, dof, start[dof]), dof, q[dof]);
         let rule = "partial() must be ∂H/∂q of the gradient at the point moved to";
         same(Quantity::Partial, partial, hq, partial - hq, rounding * steepest, rule)?;
-        let mass = s.mass(dof);
-        let rule = "mass() must be p over ∂H/∂p";
-        same(Quantity::Mass, mass, p[dof] / hp, mass * hp - p[dof], rounding * p[dof].abs(), rule)?;
+        // A motor has the velocity 1, whatever its momentum.
+        if dof < start.len() - s.motors() {
+            let (mass, size) = (s.mass(dof), rounding * p[dof].abs());
+            let rule = "mass() must be p over ∂H/∂p";
+            same(Quantity::Mass, mass, p[dof] / hp, mass * hp - p[dof], size, rule)?;
+        }
         let drag = s.dissipation_of(q, p, dof);
         let rule = "dissipation_of() must give the D of dissipation()";
         same(Quantity::Dissipation, drag.value, d, drag.value - d, rounding * strongest, rule)?;

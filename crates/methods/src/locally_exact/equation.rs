@@ -5,7 +5,7 @@ use super::slopes::Slopes;
 use crate::gonzalez::{LARGEST_LAMBDA_NOISE, NEGLIGIBLE_ROUNDINGS};
 use crate::linear_flow::LinearFlow;
 use crate::measured_rounding::EnergyRounding;
-use afterbay_core::{Curvature, Scalar, State, Vector};
+use afterbay_core::{Curvature, InputError, Scalar, State, Vector};
 
 /// The new state and the memory of the iteration.
 #[derive(Clone, Debug)]
@@ -37,15 +37,19 @@ pub struct Workspace<V: Vector> {
 }
 
 impl<V: Vector> Workspace<V> {
-    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S) -> Self {
+    /// Allocates the vectors of a step.
+    ///
+    /// # Errors
+    /// Those of [`Slopes::new`].
+    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S) -> Result<Self, InputError> {
         let n = system.dof();
         let (zeros, pair) = (|| V::zeros(n), || [V::zeros(n), V::zeros(n)]);
-        Self {
+        Ok(Self {
             dissipative: !system.dissipation_form().zero,
             linear: system.is_linear(),
             free: n - system.motors(),
             resolved: None,
-            slopes: Slopes::new(system),
+            slopes: Slopes::new(system)?,
             flow: LinearFlow::new(n),
             dz: pair(),
             mean: pair(),
@@ -56,7 +60,7 @@ impl<V: Vector> Workspace<V> {
             w: zeros(),
             scratch: [zeros(), zeros(), zeros(), zeros(), zeros(), zeros()],
             energy_rounding: EnergyRounding::new(n),
-        }
+        })
     }
 
     /// q, p and w of the new state.

@@ -18,7 +18,9 @@
 //! -F_j v_j. So p of the motor and w_j change by the same energy.
 
 use crate::kernels::reductions::max_norm;
-use afterbay_core::{Block, Coupling, Curvature, DissipationForm, Passive, Scalar, System, Vector};
+use afterbay_core::{
+    Block, Coupling, Curvature, DissipationForm, InputError, Passive, Scalar, System, Vector,
+};
 
 /// The error of R v, in roundings, up to which friction counts as linear in the velocities.
 const LINEAR_ROUNDINGS: f64 = 64.0;
@@ -55,21 +57,34 @@ pub(super) struct Slopes<V: Vector> {
 }
 
 impl<V: Vector> Slopes<V> {
-    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S) -> Self {
+    /// Allocates S, R and E.
+    ///
+    /// # Errors
+    /// [`InputError::Unsupported`] if a second derivative names a degree of freedom that does not
+    /// exist.
+    pub(super) fn new<S: Curvature<V::Scalar> + ?Sized>(system: &S) -> Result<Self, InputError> {
         let n = system.dof();
         let damping = system.dissipation_form();
         let (mut counts, origin) = ([0, 0], vec![V::Scalar::zero(); n]);
-        system.curvature(&origin, &origin, |block, _, _, _| match block {
-            Block::Dq => counts[1] += 1,
-            Block::Dp => {}
-            Block::Hqq | Block::Hqp | Block::Hpp => counts[0] += 1,
+        let mut exist = true;
+        system.curvature(&origin, &origin, |block, i, j, _| {
+            exist &= i < n && j < n;
+            match block {
+                Block::Dq => counts[1] += 1,
+                Block::Dp => {}
+                Block::Hqq | Block::Hqp | Block::Hpp => counts[0] += 1,
+            }
         });
+        if !exist {
+            let why = "a second derivative names a degree of freedom that does not exist";
+            return Err(InputError::Unsupported { method: "locally-exact", why });
+        }
         let reach = if system.coupling() == Coupling::Chain { 1 } else { n.saturating_sub(1) };
         let motors = (n - system.motors()..n)
             .filter_map(|m| Some((m, system.driven_by(m)?, V::Scalar::zero())))
             .collect();
         let entries = if damping.coupled { n * (2 * reach + 1).min(n) } else { 0 };
-        Self {
+        Ok(Self {
             entries: Vec::with_capacity(counts[0]),
             by_q: Vec::with_capacity(counts[1]),
             linear: system.is_linear(),
@@ -82,7 +97,7 @@ impl<V: Vector> Slopes<V> {
             rate: V::Scalar::zero(),
             turn: [V::zeros(n), V::zeros(n)],
             motors,
-        }
+        })
     }
 
     /// Evaluates S and E at z̄.

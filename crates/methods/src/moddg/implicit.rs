@@ -4,7 +4,7 @@ use super::steps::Steps;
 use super::{ModDg, commit, one_degree_of_freedom};
 use crate::balance::{self, Account};
 use crate::coordinate::{Along, Coordinate, Rates};
-use crate::gradient_check::check_gradient;
+use crate::gradient_check::check_partials;
 use afterbay_core::solver::Solver;
 use afterbay_core::{Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector};
 
@@ -79,7 +79,7 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
         let at = |q: T| {
             (q * system.partial(&[q], 0, q)).abs() + balance::rounding_of_potential(system, &[q])
         };
-        check_gradient(system, &[q0], &[p0])?;
+        check_partials(system, &[q0], &[p0])?;
         Ok(at(q0) + at(q1))
     };
     balance::check(account(q0, p0), account(q1, p1), -rise, second_order)

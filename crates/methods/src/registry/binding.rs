@@ -4,6 +4,7 @@
 use super::Run;
 use super::erased::{chosen, fixed};
 use super::stepper::ErasedMethod;
+use crate::hidden_coupling::has_hidden_coupling;
 use crate::moddg::steps::Equation;
 use afterbay_core::{
     Abilities, Adaptive, InputError, Linear, Method, Misprinted, OrderRaising, Quad, Scalar,
@@ -124,6 +125,18 @@ impl<T: Scalar> Target<'_, T> {
         self.system.clone().separable().ok_or_else(|| self.refused("H is not separable"))
     }
 
+    /// Refuses a system whose D_j depends on other velocities without saying so.
+    pub(crate) fn states_coupling(&self) -> Result<(), InputError> {
+        let is_separable = self.system.clone().separable().is_some();
+        if has_hidden_coupling(&**self.system, is_separable) {
+            return Err(self.refused(
+                "some D_j depends on the velocity of another degree of freedom, and \
+                 dissipation_form() says that it does not: set `coupled`",
+            ));
+        }
+        Ok(())
+    }
+
     pub(crate) fn curvature(&self) -> Result<Arc<dyn SecondDerivatives<T>>, InputError> {
         let why = "the system has no second derivatives";
         self.system.clone().second_derivatives().ok_or_else(|| self.refused(why))
@@ -137,7 +150,10 @@ impl<T: Scalar> Target<'_, T> {
 
     pub(crate) fn order_raising(&self) -> Result<Arc<dyn OrderRaising<T>>, InputError> {
         self.separable()?;
-        let why = "the system has no formula for δ";
+        let why = match self.system.motors() {
+            0 => "the system has no formula for δ",
+            _ => "it takes no drive and no V or D that depends on t",
+        };
         self.system.clone().order_raising().ok_or_else(|| self.refused(why))
     }
 

@@ -6,9 +6,7 @@ use super::{Row, Run};
 use crate::Composition;
 use crate::increment::Increments;
 use crate::moddg::ModDg;
-use afterbay_core::{
-    Abilities, Corrected, InputError, Lanewise, Quad, Quantity, Scalar, Separable, f64x8,
-};
+use afterbay_core::{Abilities, Corrected, InputError, Lanewise, Quad, Scalar, Separable, f64x8};
 use std::sync::Arc;
 
 /// A scalar in which methods can be bound: `f64`, [`Quad`], and [`f64x8`] for methods with lanes.
@@ -22,10 +20,6 @@ pub trait Number: Scalar {
 
 impl Number for f64 {
     fn bind(row: &Row, system: &Arc<dyn Abilities<Self>>) -> Result<Run<Self>, InputError> {
-        if system.dof() == 0 {
-            let quantity = Quantity::Coordinate;
-            return Err(InputError::Length { quantity, expected: 1, found: 0 });
-        }
         match row.form {
             Form::Fixed(method) => method.in_f64(&row.target(system)),
             Form::Adaptive(method) => method.bind(&row.target(system)),

@@ -253,13 +253,16 @@ fn what_cannot_be_done_is_refused() {
         }
         for end in [-1.0, f64::NAN, f64::INFINITY] {
             let refused = run(1e-6, end);
-            assert!(matches!(refused, IntegrateError::Input(InputError::End { .. })), "{end}");
+            assert!(
+                matches!(refused, IntegrateError::Input(InputError::Backwards { .. })),
+                "{end}"
+            );
         }
         let descending = [1.0, 0.5];
         let look = &mut |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
         let refused =
             within.sample(&Tolerance::all(1e-6), &descending, &mut state, look, &mut || false);
-        assert!(matches!(refused, Err(IntegrateError::Input(InputError::End { .. }))));
+        assert!(matches!(refused, Err(IntegrateError::Input(InputError::Backwards { .. }))));
         assert_eq!(state, start);
     }
 }

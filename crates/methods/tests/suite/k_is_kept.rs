@@ -42,8 +42,10 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
             !closed && row.name != "moddg-fixed-point"
         }
         StepFailure::Unresolved { .. }
+        | StepFailure::Undefined { .. }
         | StepFailure::AcrossSingularity { .. }
         | StepFailure::NotGradient { .. }
+        | StepFailure::NotPartial { .. }
         | StepFailure::EdgeUnresolved { .. }
         | StepFailure::BalanceLost { .. }
         | StepFailure::Vanishes { .. }

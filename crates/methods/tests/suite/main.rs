@@ -73,5 +73,6 @@ mod stability_flags;
 mod storage;
 mod systems;
 mod tiled;
+mod undefined;
 mod units;
 mod wrong_gradient;

@@ -4,7 +4,7 @@ use afterbay_core::{
     Abilities, Block, Curvature, Dissipation, Grid, IntegrateError, SecondDerivatives, Separable,
     State, StateRef, StepFailure, System, Tolerance,
 };
-use afterbay_methods::registry::{METHODS, Setting, bind};
+use afterbay_methods::registry::{METHODS, Setting, bind, find};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -184,4 +184,62 @@ fn runs(system: Chain, size: f64) -> [u32; 2] {
         }
     }
     [told, kept]
+}
+
+/// V = q⁴/4 whose `partial` is wrong by a factor, while its gradient is right.
+#[derive(Clone, Copy, Debug)]
+struct WrongPartial {
+    factor: f64,
+}
+
+impl System<f64> for WrongPartial {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        0.5 * p[0] * p[0] + 0.25 * q[0].powi(4)
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (q[0].powi(3), p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], v: &[f64], d: &mut [f64]) {
+        d[0] = 0.1 * v[0];
+    }
+}
+
+impl Separable<f64> for WrongPartial {
+    fn partial(&self, _q: &[f64], _dof: usize, at: f64) -> f64 {
+        self.factor * at.powi(3)
+    }
+    fn dissipation_of(&self, _q: &[f64], p: &[f64], _dof: usize) -> Dissipation<f64> {
+        Dissipation { value: 0.1 * p[0], by_q: 0.0, by_p: 0.1 }
+    }
+}
+
+impl Abilities<f64> for WrongPartial {
+    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<f64>>> {
+        Some(self)
+    }
+}
+
+#[test]
+fn a_wrong_partial_is_told() {
+    for factor in [1.2, 1.01, 0.5, -1.0, 1.0] {
+        for name in ["moddg", "increment-2", "increment-4"] {
+            let system = Arc::new(WrongPartial { factor });
+            let run = bind::<f64>(find(name).unwrap(), system).unwrap();
+            let mut state = State::new(vec![1.0], vec![0.0]).unwrap();
+            let mut show = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+            let setting = Setting::Step(Grid::of(1e-3, 1000).unwrap());
+            let ended = run.run(setting, &mut state, 1, &mut show);
+            match ended {
+                Ok(_) => assert_eq!(factor, 1.0, "{name}"),
+                Err(IntegrateError::Run(error)) => {
+                    let told = matches!(error.failure, StepFailure::NotPartial { dof: 0, .. });
+                    assert!(told && error.step == 1 && factor != 1.0, "{name}, {factor}: {error}");
+                }
+                Err(error) => panic!("{name}, {factor}: {error}"),
+            }
+        }
+    }
 }

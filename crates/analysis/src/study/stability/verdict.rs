@@ -107,14 +107,16 @@ impl Verdict {
 
     fn of_failure(failure: &StepFailure) -> Self {
         match failure {
-            StepFailure::NonFinite { .. } => Self::NotFinite,
-            StepFailure::Pole { .. } | StepFailure::Singular { .. } => Self::Pole,
+            StepFailure::NonFinite { .. } | StepFailure::Undefined { .. } => Self::NotFinite,
+            StepFailure::Pole { .. }
+            | StepFailure::Singular { .. }
+            | StepFailure::AcrossSingularity { .. } => Self::Pole,
             StepFailure::SeveralSolutions { .. } => Self::SeveralSolutions,
             StepFailure::NotContracting { .. }
             | StepFailure::NewtonStalled { .. }
             | StepFailure::Unresolved { .. }
-            | StepFailure::AcrossSingularity { .. }
             | StepFailure::NotGradient { .. }
+            | StepFailure::NotPartial { .. }
             | StepFailure::EdgeUnresolved { .. }
             | StepFailure::BalanceLost { .. }
             | StepFailure::TooLong { .. }

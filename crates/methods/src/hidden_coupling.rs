@@ -1,0 +1,98 @@
+//! A check that each D_j depends on no other velocity where the system says so.
+
+use afterbay_core::{DissipationForm, Mask, Scalar, System};
+
+/// The sizes of q and p at which D is compared.
+const SIZES: [f64; 2] = [0.1, 1.0];
+/// Whether some D_j depends on another velocity although [`DissipationForm::coupled`] is false.
+///
+/// D is compared before and after the velocities are doubled of those degrees of freedom whose
+/// number has a bit set, and of those in which it is not set, bit by bit. Any two numbers differ in
+/// some bit, so that a dependence of D_j on v_k shows. Of a separable system, whose D may be written
+/// in p, the momenta are doubled with them. Motors are left out, and values that are NaN do not
+/// count.
+pub(crate) fn has_hidden_coupling<T: Scalar, S: System<T> + ?Sized>(
+    system: &S,
+    is_separable: bool,
+) -> bool {
+    let n = system.dof() - system.motors();
+    let DissipationForm { zero, coupled, .. } = system.dissipation_form();
+    if zero || coupled || n < 2 {
+        return false;
+    }
+    let zeros = || vec![T::zero(); system.dof()];
+    let (mut q, mut p, mut hq, mut v) = (zeros(), zeros(), zeros(), zeros());
+    let (mut before, mut after) = (zeros(), zeros());
+    let mut seed = 1_u64;
+    let mut number = |size: f64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        T::from_f64(size * ((seed >> 11) as f64 / (1_u64 << 53) as f64 + 0.5))
+    };
+    for size in SIZES {
+        q.iter_mut().chain(&mut p).for_each(|x| *x = number(size));
+        system.gradient(&q, &p, &mut hq, &mut v);
+        system.dissipation(&q, &p, &v, &mut before);
+        for bit in 0..usize::BITS - (n - 1).leading_zeros() {
+            for set in [0, 1] {
+                let moves = |j: usize| (j >> bit) & 1 == set;
+                let moved = |x: &[T]| -> Vec<T> {
+                    let entries = x.iter().enumerate();
+                    entries.map(|(j, &x)| if j < n && moves(j) { x + x } else { x }).collect()
+                };
+                let faster = if is_separable { moved(&p) } else { p.clone() };
+                system.dissipation(&q, &faster, &moved(&v), &mut after);
+                let changes = |j: usize| before[j].lt(after[j]).or(after[j].lt(before[j])).any();
+                if (0..n).any(|j| !moves(j) && changes(j)) {
+                    return true;
+                }
+            }
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterbay_core::{Formulas, FromFormulas};
+
+    /// Free masses, of which one may be braked relative to another.
+    #[derive(Clone)]
+    struct Dashpot {
+        n: usize,
+        between: Option<[usize; 2]>,
+    }
+
+    impl Formulas for Dashpot {
+        fn dof(&self) -> usize {
+            self.n
+        }
+
+        fn potential<T: Scalar>(&self, _q: &[T]) -> T {
+            T::zero()
+        }
+
+        fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+            match self.between {
+                Some([i, k]) if j == i => v[i] - v[k],
+                _ => v[j],
+            }
+        }
+    }
+
+    #[test]
+    fn every_pair_of_velocities_is_seen() {
+        for n in [1, 2, 3, 5, 8] {
+            let coupled = |between| {
+                let system = FromFormulas(Dashpot { n, between });
+                has_hidden_coupling::<f64, _>(&system, true)
+            };
+            assert!(!coupled(None), "{n}");
+            for i in 0..n {
+                for k in (0..n).filter(|&k| k != i) {
+                    assert!(coupled(Some([i, k])), "{n}: D{i} by v{k}");
+                }
+            }
+        }
+    }
+}

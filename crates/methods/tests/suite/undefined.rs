@@ -1,0 +1,154 @@
+//! Systems without a value where a run begins, or that contradict what they state.
+
+use afterbay_core::{
+    DissipationForm, Formulas, FromFormulas, Grid, InputError, IntegrateError, RunError, Scalar,
+    State, StateRef, StepFailure, Tolerance, integrate, integrate_within,
+};
+use afterbay_methods::registry::{METHODS, Setting, bind, find};
+use afterbay_methods::{AdaptiveDop853, Composition, Increment};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// Two masses on springs of stiffness k, with drag on each velocity and between the two.
+#[derive(Clone, Copy)]
+struct Pair {
+    k: f64,
+    between: f64,
+    form: DissipationForm,
+}
+
+const PAIR: Pair = Pair { k: 1.0, between: 0.0, form: DissipationForm::GENERAL };
+
+impl Formulas for Pair {
+    fn dof(&self) -> usize {
+        2
+    }
+
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        let d = q[1] - q[0];
+        (T::from_f64(self.k) * (q[0] * q[0] + q[1] * q[1]) + d * d * d * d).half()
+    }
+
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+        T::from_f64(0.1) * v[j] + T::from_f64(self.between) * (v[j] - v[1 - j])
+    }
+
+    fn dissipation_form(&self) -> DissipationForm {
+        self.form
+    }
+}
+
+/// Without a value of the stiffness, every method names the force.
+#[test]
+fn a_parameter_without_a_value_is_named_as_the_cause() {
+    let mut ran = 0;
+    for k in [f64::NAN, f64::INFINITY] {
+        for row in METHODS {
+            let system = Arc::new(FromFormulas(Pair { k, ..PAIR }));
+            let Ok(run) = bind::<f64>(row, system) else { continue };
+            let setting = match row.is_adaptive() {
+                true => Setting::Tolerance(Tolerance::all(1e-6), 1.0),
+                false => Setting::Step(Grid::of(0.1, 10).unwrap()),
+            };
+            let mut state = State::new(vec![1.0, 0.5], vec![0.0, 0.2]).unwrap();
+            let mut show = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+            let error = run.run(setting, &mut state, 1, &mut show).unwrap_err();
+            let IntegrateError::Run(RunError { step: 1, failure, .. }) = error else {
+                panic!("{} with k = {k}: {error}", row.name)
+            };
+            let is_named = matches!(failure, StepFailure::Undefined { .. });
+            assert!(is_named, "{} with k = {k}: {failure}", row.name);
+            let said = failure.to_string();
+            assert!(said.contains("∂H/∂q1") && said.contains("check the parameters"), "{said}");
+            ran += 1;
+        }
+    }
+    assert!(ran > 30, "{ran}");
+}
+
+/// D_j depends on both velocities, and the system states that it does not: methods that rely on it
+/// refuse the system. With the true statement they run, or refuse it by its name.
+#[test]
+fn friction_between_velocities_is_not_taken_for_friction_on_each() {
+    let names =
+        ["leapfrog", "splitting-2", "splitting-6", "increment-2", "increment-4", "locally-exact"];
+    for name in names {
+        let row = find(name).unwrap();
+        let bound = |between, form| {
+            bind::<f64>(row, Arc::new(FromFormulas(Pair { between, form, ..PAIR })))
+        };
+        let Err(error) = bound(0.3, DissipationForm::GENERAL) else { panic!("{name} applies") };
+        assert!(error.to_string().contains("dissipation_form()"), "{name}: {error}");
+        assert!(bound(0.0, DissipationForm::GENERAL).is_ok(), "{name}");
+        let stated = DissipationForm { coupled: true, linear: true, ..DissipationForm::GENERAL };
+        match bound(0.3, stated) {
+            Ok(_) => {}
+            Err(InputError::Unsupported { why, .. }) => {
+                assert!(!why.contains("dissipation_form()"), "{name}: {why}");
+            }
+            Err(error) => panic!("{name}: {error}"),
+        }
+    }
+}
+
+/// From a late start, times are numbers far apart; steps end at such numbers.
+#[test]
+fn a_late_start_does_not_change_an_autonomous_run() {
+    let system = FromFormulas(PAIR);
+    let end = |from: f64| {
+        let mut state = State { t: from, ..State::new([1.0, 0.5], [0.0, 0.2]).unwrap() };
+        let tolerance = Tolerance::all(1e-9);
+        integrate_within(&AdaptiveDop853, &system, &tolerance, from + 4.0, &mut state, &mut ())
+            .expect("it runs");
+        state
+    };
+    let early = end(0.0);
+    for from in [1.7e9, 1e12] {
+        let late = end(from);
+        for (a, b) in early.q.iter().chain(&early.p).zip(late.q.iter().chain(&late.p)) {
+            assert!((a - b).abs() < 2e-9, "from {from:e}: {a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn an_end_before_the_start_names_both() {
+    let mut state = State { t: 5.0, ..State::new([1.0, 0.5], [0.0, 0.2]).unwrap() };
+    let tolerance = Tolerance::all(1e-9);
+    let system = FromFormulas(PAIR);
+    let ended = integrate_within(&AdaptiveDop853, &system, &tolerance, 1.0, &mut state, &mut ());
+    let said = ended.unwrap_err().to_string();
+    assert_eq!(said, "the time 1.0 must be finite and not before 5.0");
+}
+
+/// An observer of every n-th step sees each run from its start.
+#[test]
+fn an_observer_of_some_steps_sees_a_second_run() {
+    let (system, mut seen) = (FromFormulas(PAIR), Vec::new());
+    let mut every = afterbay_core::Every::new(5, |step: u64, _: &State<[f64; 2]>| {
+        seen.push(step);
+        ControlFlow::Continue(())
+    });
+    for _ in 0..2 {
+        let mut state = State::new([1.0, 0.5], [0.0, 0.2]).unwrap();
+        let method = Increment::new(Composition::pair());
+        integrate(&method, &system, Grid::of(0.1, 10).unwrap(), &mut state, &mut every).unwrap();
+    }
+    assert_eq!(seen, [0, 5, 10, 0, 5, 10]);
+}
+
+/// w begins at 0, where a tolerance relative to it allows nothing but roundings.
+#[test]
+fn a_reservoir_that_begins_empty_does_not_shorten_steps() {
+    let steps = |absolute: f64| {
+        let tolerance =
+            Tolerance { w_relative: 1e-8, w_absolute: absolute, ..Tolerance::all(1e-8) };
+        let mut state = State::new([1.0, 0.5], [0.0, 0.2]).unwrap();
+        let system = FromFormulas(PAIR);
+        integrate_within(&AdaptiveDop853, &system, &tolerance, 10.0, &mut state, &mut ())
+            .expect("it runs")
+            .accepted
+    };
+    let [usual, least] = [1e-8, 1e-300].map(steps);
+    assert!(least <= 3 * usual, "{least} steps in place of {usual}");
+}
