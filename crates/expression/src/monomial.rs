@@ -2,6 +2,7 @@
 
 use crate::graph::{Graph, Input, Kinds, Node, Term};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// The largest degree of a monomial.
 const LARGEST_DEGREE: usize = 16;
@@ -27,6 +28,7 @@ impl Graph {
             }
         }
         let (mut sum, mut stack) = (Vec::<Monomial>::new(), vec![(of, one)]);
+        let mut places: HashMap<Vec<u32>, usize> = HashMap::new();
         while let Some((node, factor)) = stack.pop() {
             let monomial = match (known.get(&node), self.term(node)) {
                 (Some(known), _) => known.clone(),
@@ -54,9 +56,15 @@ impl Graph {
                 _ => return None,
             };
             let coefficient = self.product(factor, monomial.coefficient);
-            match sum.iter_mut().find(|x| x.factors == monomial.factors) {
-                Some(known) => known.coefficient = self.sum(known.coefficient, coefficient),
-                None => sum.push(Monomial { coefficient, ..monomial }),
+            match places.entry(monomial.factors.clone()) {
+                Entry::Occupied(place) => {
+                    let known = &mut sum[*place.get()].coefficient;
+                    *known = self.sum(*known, coefficient);
+                }
+                Entry::Vacant(place) => {
+                    place.insert(sum.len());
+                    sum.push(Monomial { coefficient, ..monomial });
+                }
             }
         }
         Some(sum)

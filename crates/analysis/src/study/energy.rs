@@ -7,7 +7,9 @@ use super::{PUMPED, Problem, numbered};
 use crate::progress::{Piece, Progress};
 use crate::words::{Word, word};
 use crate::{Measured, Model, Solution};
-use afterbay_core::{Accounts, Grid, IntegrateError, Motors, StateRef, System, accounts};
+use afterbay_core::{
+    Accounts, Grid, IntegrateError, Motors, StateRef, System, accounts, larger_or_nan,
+};
 use afterbay_methods::registry::Row;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -168,7 +170,7 @@ fn follow(
         piece.reach(step, grid.steps);
         let energy = energy_of(&*system, state, n);
         let off = state.total(&*system) - total;
-        drift = drift.max(off.abs());
+        drift = larger_or_nan(drift, off.abs());
         passivity.see(state);
         let found = accounts(state, &motors);
         let w_error = reference.error_of_w(&found.w, step as usize);

@@ -10,6 +10,7 @@ use crate::words::{Word, word};
 use crate::{Measured, Solution};
 use afterbay_core::{
     Abilities, Effort, Grid, InputError, IntegrateError, State, StateRef, Statistics, Tolerance,
+    larger_or_nan,
 };
 use afterbay_methods::registry::{Row, Setting};
 use serde::{Deserialize, Serialize};
@@ -220,7 +221,8 @@ impl<'a> Watch<'a> {
     }
 
     fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
-        self.drift = self.drift.max((state.total(&*self.system) - self.total).abs());
+        let off = (state.total(&*self.system) - self.total).abs();
+        self.drift = larger_or_nan(self.drift, off);
         self.largest.see(&*self.system, state);
         self.passivity.see(state);
         self.steps = step;

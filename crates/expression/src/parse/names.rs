@@ -2,7 +2,7 @@
 
 use super::problem::jumps_elsewhere;
 use super::{MOST_DEGREES, Problem, Reader};
-use crate::function::{self, FUNCTIONS};
+use crate::function::{self, FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS};
 use crate::graph::{Input, Node};
 
 /// The most parameters that a message names.
@@ -207,7 +207,8 @@ impl Reader<'_, '_> {
     pub(super) fn unknown(&self, name: &str) -> Problem {
         let parameters = self.names.parameters.iter().map(String::as_str);
         let definitions = self.names.definitions.iter().map(|x| x.name.as_str());
-        let functions = FUNCTIONS.iter().map(|x| x.0);
+        let functions = FUNCTIONS.iter().chain(&FUNCTIONS_OF_TWO).chain(&FUNCTIONS_WITH_JUMPS);
+        let functions = functions.map(|x| x.0).chain(["sum"]);
         let known = parameters.chain(definitions).chain(functions).chain(["pi"]);
         let short: String = name.chars().take(64).collect();
         let distances = known.map(|known| (strsim::osa_distance(&short, known), known));

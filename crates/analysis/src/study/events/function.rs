@@ -4,7 +4,7 @@ use crate::Model;
 use crate::Variable;
 use crate::observable::Observable;
 use crate::study::trajectory::TrajectoryRow;
-use afterbay_core::{Abilities, IntegrateError, StateRef};
+use afterbay_core::{Abilities, InputError, IntegrateError, StateRef};
 use afterbay_systems::{CustomFunction, FunctionDescription};
 
 /// A function of the state.
@@ -46,9 +46,10 @@ impl Function {
             }
             Self::Expression(..) => {
                 let (function, n) = (self.compiled(model), model.degrees());
-                // The scene was checked with the same expression.
                 let Some(Ok(function)) = function else {
-                    return Ok(Box::new(|_| f64::NAN));
+                    let why =
+                        "its expression is not one of this system; Function::compiled says why";
+                    return Err(InputError::Unsupported { method: "an event", why }.into());
                 };
                 Ok(Box::new(move |state| function.value(&state.q[..n], &state.p[..n], state.t)))
             }

@@ -17,7 +17,7 @@ const AGREEMENT: f64 = 1e-12;
 const ROUNDINGS: f64 = 1e-9;
 /// The number of successive differences without a decrease after which the search ends.
 const IDLE: u32 = 2;
-/// The longest step tried.
+/// The longest step tried, as far as the work allows.
 const COARSEST: f64 = 0.1;
 /// The most steps of a run, times the number of degrees of freedom.
 const MOST_WORK: u64 = 4_000_000;
@@ -101,7 +101,8 @@ fn halved(
     let (run, dof) = (problem.model.bind(method("increment-8")?)?, problem.model.dof());
     // The number of parts is odd at first, so that no run whose step is h halved repeatedly is
     // compared with itself.
-    let first = (h / COARSEST).ceil().max(3.0) as u64 | 1;
+    let affordable = MOST_WORK as f64 / (4.0 * (count * dof) as f64);
+    let first = (h / COARSEST).ceil().min(affordable).max(3.0) as u64 | 1;
     let follow = |parts: u64| -> Result<Solution<f64>, IntegrateError> {
         let mut solution = Solution::with_room(dof, count + 1);
         let grid = Grid::<f64>::of(h / parts as f64, count as u64 * parts)?;

@@ -1,6 +1,6 @@
 //! The energies of a run over all its states, whether or not they are kept.
 
-use afterbay_core::{StateRef, System};
+use afterbay_core::{StateRef, System, larger_or_nan};
 use serde::{Deserialize, Serialize};
 
 /// The rise of H, as a share of its size, up to which it counts as rounding.
@@ -34,7 +34,7 @@ impl Balance {
         let (energy, total) =
             (with_motors - state.p[n..].iter().sum::<f64>(), with_motors + state.reservoir());
         let start = *self.start.get_or_insert(total);
-        self.drift = self.drift.max((total - start).abs());
+        self.drift = larger_or_nan(self.drift, (total - start).abs());
         let least = self.least.map_or(energy, |least| least.min(energy));
         self.least = Some(least);
         self.rise = self.rise.max(energy - least);

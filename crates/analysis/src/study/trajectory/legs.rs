@@ -204,6 +204,11 @@ impl Legs {
         let all = Tolerance::all(tolerance);
         let result = run.sample(&all, &times, state, &mut look, &mut stops);
         self.done = done;
+        if result.is_err() && state.t > done as f64 * grid.h {
+            // The last good state. The run is over, whether or not the row can be written.
+            let state = state.state_ref();
+            let _ = keep(TrajectoryRow::of(row.name, done, state, &*system, &problem.model));
+        }
         match result {
             Err(IntegrateError::Input(error)) => Err(error.into()),
             result => Ok(result.map(drop)),

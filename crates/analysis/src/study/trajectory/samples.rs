@@ -62,20 +62,27 @@ impl Legs {
         let (mut piece, mut result) = (Piece::new(progress), Ok(()));
         while self.done < end && !stopped {
             let (n, before) = (self.done + 1, state.clone());
+            let of_step = |error| match error {
+                IntegrateError::Run(RunError { failure, .. }) => {
+                    RunError { step: n, t: before.t, failure }.into()
+                }
+                error => error,
+            };
             if let Err(error) = step(grid.h, &mut state) {
-                result = Err(match error {
-                    IntegrateError::Run(error) => {
-                        RunError { step: n, t: before.t, failure: error.failure }.into()
-                    }
-                    error => error,
-                });
+                result = Err(of_step(error));
                 break;
             }
             (state.t, self.done) = (n as f64 * grid.h, n);
             piece.reach(n, grid.steps);
             // In the order of time, since a rise of H is one from a state to a later one.
             let between = &mut |state: StateRef<'_, f64>| keep(n, state, balance);
-            stopped |= times.keep_between(&before, &state, &mut self.samples, &mut *step, between);
+            match times.keep_between(&before, &state, &mut self.samples, &mut *step, between) {
+                Ok(stops) => stopped |= stops,
+                Err(error) => {
+                    result = Err(of_step(error));
+                    break;
+                }
+            }
             balance.see(&*system, state.state_ref(), dof);
             stopped |= progress.stopped();
         }
@@ -112,6 +119,9 @@ struct Times {
 impl Times {
     /// Keeps the states between two steps, from that of number `next` on. Returns whether the run
     /// is to stop.
+    ///
+    /// # Errors
+    /// The failure of a step to one of the states.
     fn keep_between(
         &self,
         before: &State<Vec<f64>>,
@@ -119,7 +129,7 @@ impl Times {
         next: &mut u64,
         step: TakeStep<'_>,
         keep: &mut dyn FnMut(StateRef<'_, f64>) -> ControlFlow<()>,
-    ) -> bool {
+    ) -> Result<bool, IntegrateError> {
         let mut stopped = false;
         while *next <= self.count {
             let t = *next as f64 * self.spacing;
@@ -130,14 +140,14 @@ impl Times {
             }
             let is_after = late.abs() <= ROUNDED * after.t;
             let mut there = if is_after { after.clone() } else { before.clone() };
-            if there.t < after.t && step(early, &mut there).is_err() {
-                break;
+            if there.t < after.t {
+                step(early, &mut there)?;
             }
             there.t = t;
             stopped |= keep(there.state_ref()).is_break();
             *next += 1;
         }
-        stopped
+        Ok(stopped)
     }
 }
 
