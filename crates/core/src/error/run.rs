@@ -13,8 +13,7 @@ pub struct RunError {
     pub step: u64,
     /// The time it started from.
     pub t: f64,
-    /// The reason.
-    #[source]
+    /// The reason. The message contains it, so that it is not a source, too.
     pub failure: StepFailure,
 }
 

@@ -33,6 +33,8 @@ pub(crate) struct Bounds {
     pub(crate) frequency: f64,
     /// A bound of the absolute eigenvalues of the Jacobian.
     pub(crate) eigenvalue: f64,
+    /// |Hpp|: a bound of the change of the velocities with momenta whose entries change by up to 1.
+    pub(crate) velocity: f64,
 }
 
 impl<V: Vector> Rates<V> {
@@ -97,10 +99,10 @@ impl<V: Vector> Rates<V> {
         let falls = least < -ROUNDINGS * f64::EPSILON * c;
         if !coupled && !backward && !falls && a == 0.0 && largest(row) == 0.0 && largest(dq) == 0.0
         {
-            return Bounds { frequency, eigenvalue: frequency.max(d) };
+            return Bounds { frequency, eigenvalue: frequency.max(d), velocity: b };
         }
         let eigenvalue = 0.5 * (a + d + (a - d).hypot(2.0 * (b * c).sqrt()));
-        Bounds { frequency, eigenvalue }
+        Bounds { frequency, eigenvalue, velocity: b }
     }
 
     /// Sums the rows of the blocks at (q, p), without those of motors.

@@ -65,6 +65,8 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     pub(super) stiff: Stiffness,
     /// An estimate of the largest frequency, and the memory for computing it.
     pub(super) fastest: f64,
+    /// |∂²H/∂p∂p| at the end of the step.
+    pub(super) inverse_mass: f64,
     pub(super) rates: Rates<V>,
     /// The geometric mean of the contraction factors of the last step's sweeps.
     pub(super) contraction: f64,
@@ -96,6 +98,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             extrapolation_for: None,
             stiff: Stiffness::new(n),
             fastest: 0.0,
+            inverse_mass: 0.0,
             rates: Rates::new(n),
             contraction: 0.0,
             sides: Sides::default(),

@@ -56,17 +56,21 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             1.0
         };
         let p = length * force[0] * kernel / forgets;
-        let q = (length * velocity[0] * kernel / forgets).max(0.5 * length * p);
+        // The error of p is one of the velocities, too, which grows over the step.
+        let by_p = 0.5 * length * self.inverse_mass * p;
+        let q = (length * velocity[0] * kernel / forgets).max(by_p);
         let errors = [q / scales[0], p / scales[1]];
         let w = length * loss[0] * kernel.max(share(loss)) / forgets / scales[2];
         let value = errors[0].max(errors[1]).max(w) + 0.0 * (q + w);
         if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
     }
 
-    /// Estimates the frequencies at the end of the step; an upper bound if H is separable.
+    /// Estimates the frequencies at the end of the step, an upper bound if H is separable, and the
+    /// largest ∂v/∂p.
     #[inline]
     pub(super) fn see_fastest<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
         let Self { end, rates, .. } = self;
-        self.fastest = rates.bounds(system, &end.q, &end.p).frequency;
+        let bounds = rates.bounds(system, &end.q, &end.p);
+        (self.fastest, self.inverse_mass) = (bounds.frequency, bounds.velocity);
     }
 }

@@ -134,6 +134,10 @@ impl<T: Scalar> Run<T> {
 
     /// Takes one step with a fixed-step method. The time of `state` does not change.
     ///
+    /// Each call begins anew: it copies the workspace, and nothing is known of the step before, such
+    /// as the K to which `relaxed-*` and `splitting-*` return. For more than a few steps take
+    /// [`Run::run`]; [`Run::stepper`] allocates less.
+    ///
     /// # Errors
     /// [`InputError::Unsupported`] if the method chooses its steps, the errors of [`State::check`],
     /// and those of [`Method::step`](afterbay_core::Method::step) reported as step 1 of a run. The

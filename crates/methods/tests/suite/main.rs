@@ -9,6 +9,7 @@ mod adaptive_accuracy;
 mod adaptive_memory;
 mod adaptive_samples;
 mod adaptive_stiff;
+mod adaptive_units;
 mod bind;
 mod cancelling_terms;
 mod catalog;
