@@ -1,4 +1,4 @@
-//! Failures are values that say where, what and how much.
+//! Failures as values: each contains the place, the quantity and the numbers that are wrong.
 
 mod input;
 mod run;

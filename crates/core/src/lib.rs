@@ -14,9 +14,9 @@
 //!   and [`quadrature`];
 //! - error: [`InputError`], [`StepFailure`], [`RunError`], with the names of [`Quantity`] and
 //!   [`Block`];
-//! - system: [`System`] and what some systems add ([`Separable`], [`PhasePlane`], [`Curvature`],
-//!   [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from formulas
-//!   ([`Formulas`]), and the [`State`];
+//! - system: [`System`] and the traits of some systems ([`Separable`], [`PhasePlane`],
+//!   [`Curvature`], [`Uniform`], [`Linear`], [`ExactFlow`], [`OrderRaising`]), systems from
+//!   formulas ([`Formulas`]), and the [`State`];
 //! - [`solver`]: the equations of an implicit step in one or two unknowns: Newton's method, fixed
 //!   points, the test of convergence, and continuation;
 //! - run: [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops

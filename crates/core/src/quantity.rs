@@ -1,4 +1,4 @@
-//! The names by which messages call the quantities of a system.
+//! The names of the quantities of a system in messages.
 
 /// The meaning of a number in a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Dissipative Hamiltonian systems and their states.
 //!
-//! Every system implements [`System`]. What some know besides are traits of their own:
+//! Every system implements [`System`]. Further traits state what some systems add:
 //!
 //! | trait | what the system adds |
 //! |---|---|
@@ -15,7 +15,7 @@
 //! A [`Drive`] adds forces F(q, t) to any of them, by [`Driven`]. V and D of a separable system may
 //! depend on the time, by [`Clocked`].
 //!
-//! [`Abilities`] is a system whose concrete type is erased; it tells which of these traits it has.
+//! [`Abilities`] is a system whose concrete type is erased; it states which of these traits it has.
 //! [`Formulas`] make a separable system from one potential and one dissipation.
 
 mod abilities;

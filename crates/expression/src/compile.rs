@@ -10,7 +10,7 @@ pub(super) const SMALL: usize = 16;
 /// The largest number of inputs that are all loaded at the start of a run.
 const PRELOADED: usize = 8;
 
-/// One instruction to be: a term, or a product with the sum it enters.
+/// A pending instruction: a term, or a product with the sum it enters.
 #[derive(Clone, Copy)]
 enum Operation {
     Term(Term),
@@ -78,7 +78,8 @@ struct Compiler<'a> {
 /// index as soon as it is computed.
 ///
 /// A small program computes operands in the order of the text, which was measured to be faster. A
-/// large one computes first what takes most registers, so that few values wait.
+/// large one first computes the operand that takes most registers, so that few registers are in
+/// use.
 pub(super) fn compile(
     graph: &Graph,
     results: &[Node],

@@ -113,7 +113,7 @@ pub fn evaluate(
     Ok(values.get(&node).copied().unwrap_or(f64::NAN))
 }
 
-/// Whether a symbol or word may begin a factor, were there a sign before it.
+/// Whether a symbol or word may begin a factor after a sign.
 fn may_be_factor(found: &str) -> bool {
     found == "(" || found.starts_with(in_name)
 }
@@ -269,7 +269,8 @@ impl Reader<'_, '_> {
         {
             return self.entry(letter, start);
         }
-        // These names were no functions at first: parameters of these names keep their meaning.
+        // A parameter with one of these names takes precedence over the function, as in scenes
+        // written before the function existed.
         match name {
             _ if self.names.is_defined(name) => {}
             "sum" => return self.series(start),

@@ -1,5 +1,6 @@
 //! Step size control, shared by the adaptive methods: the error allowed of a step, and bounds of a
-//! system's frequencies. The projection onto K, which implicit methods of fixed step use too.
+//! system's frequencies. The module also contains the projection onto K, which implicit methods of
+//! fixed step use too.
 
 mod budget;
 mod kinks;

@@ -11,10 +11,10 @@
 //!
 //! is solved by fixed-point sweeps until the remaining error is a tenth of the error allowed of the
 //! step. Then (q1, p1) is projected onto `H = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled
-//! by the tolerances. The projection is of the size of the error of the step. K is exact, w is the
-//! quadrature unchanged, and since the weights are positive Δw ≥ 0 where the system is passive.
-//! (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IV.4.) Steps that
-//! cannot be projected, near an equilibrium, and steps of stiff systems are taken by
+//! by the tolerances. The projection is of the size of the error of the step. K is exact, and w is
+//! not changed by the projection. Since the weights are positive, Δw ≥ 0 where the system is
+//! passive. (Projection: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IV.4.)
+//! Steps that cannot be projected, near an equilibrium, and steps of stiff systems are taken by
 //! [`crate::Collocation`], which conserves K without projection.
 //!
 //! Order 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), in q, p and w, also

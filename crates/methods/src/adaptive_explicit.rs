@@ -37,7 +37,7 @@ const RATIO_WEIGHT: f64 = 0.01;
 /// with a kink: the error is then up to 25 times the estimate, which aims at a fifth of the allowed
 /// error (`adaptive_accuracy` in the tests).
 const KINK_CAUTION: f64 = 10.0;
-/// The rounding error of a slope, in roundings of ∂H/∂q, those of the point of its stage included.
+/// The rounding error of a slope, in roundings of ∂H/∂q, with that of the point of its stage.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
 /// A step is near the limit of stability if a step longer by this factor would reach it. A choice.
@@ -243,8 +243,8 @@ impl<V: Vector> Workspace<V> {
     {
         (self.length, self.ended) = (h.to_f64().abs(), false);
         let mut errors_allowed = self.budget.allowed_of_equal_steps(state, self.length);
-        // If forces cancel, as in a long chain, the slopes of p are small compared with the
-        // roundings that those of q cause in them.
+        // If forces cancel, as in a long chain, roundings of q change the slopes of p by much more
+        // than the roundings of these slopes.
         let force = self.rates.force([largest(&state.q), largest(&state.p)]);
         let slope = V::Scalar::EPSILON * force.max(largest(&self.stages.start));
         let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length;
@@ -255,8 +255,8 @@ impl<V: Vector> Workspace<V> {
         let shares = |allowed: [f64; 3]| allowed.map(|allowed| allowed.recip().min(f64::MAX));
         let mut error = self.error::<B>(shares(errors_allowed), self.smooth);
         if error > 1.0 {
-            // The estimate for w contains roundings of its gain, which w at the start, as 0, may not
-            // show.
+            // The estimate for w contains roundings of the gain of w, which exceed those of w if w
+            // is small at the start.
             let gain = V::Scalar::EPSILON * largest(&self.gain);
             let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * gain;
             errors_allowed[2] = errors_allowed[2].max(rounding);

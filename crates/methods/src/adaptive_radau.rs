@@ -14,9 +14,9 @@
 //! The defect of K, of the size of the error of the step, is divided by the estimated errors: w
 //! takes the energy that a fast decay dissipates unresolved, and (q, p) is projected along ∇H by
 //! the rest (`radau/balance.rs`). K is exact, and Δw ≥ 0 where the system is passive. On linear
-//! passive systems H ≥ 0 then cannot grow at any h. The step before K is restored is L-stable; the
-//! projection may give back a part of what has decayed, and then it is as large as the error and
-//! rejects the step.
+//! passive systems H ≥ 0 then cannot grow at any h. The step before K is restored is L-stable. The
+//! projection may return a part of the decayed energy; it is then as large as the error, and the
+//! step is rejected.
 //!
 //! The equations are solved by Newton's method to the accuracy the tolerance requires
 //! (`radau/solve.rs`), decoupled into systems of N unknowns, or 2N if H is not separable

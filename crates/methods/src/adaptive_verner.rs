@@ -23,7 +23,7 @@ use crate::runge_kutta::{Verner87, Verner98};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveVerner98;
 
-/// The pair of orders 8 and 7, for tolerances between.
+/// The pair of orders 8 and 7, for moderate tolerances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveVerner87;
 

@@ -6,10 +6,10 @@
 //! ```
 //!
 //! Source: E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordinary Differential Equations I,
-//! section II.5. Order 8, explicit, applies to any system, also to eight side by side. K is not
-//! kept. The studies of driven systems take their references from it. A step is made of several
-//! where the forces of a drive jump in t or have a kink. It **fails** and leaves the state
-//! unchanged where a number is not finite.
+//! section II.5. Order 8 in q, p and w, explicit, applies to any system, also to eight side by
+//! side. K is not kept. The studies of driven systems take their references from it. Where the
+//! forces of a drive jump in t or have a kink, a step consists of several shorter ones. It
+//! **fails** and leaves the state unchanged where a number is not finite.
 
 use crate::commit::commit;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};

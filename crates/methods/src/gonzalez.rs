@@ -17,19 +17,20 @@
 //! by ε|H|, which is the rounding of K in any case. It changes z1 by h ε|H|/|Δz|, which is a
 //! rounding of z if |H| is about |∇H||z|. Near an equilibrium with H ≠ 0 it is more: the last
 //! digits of K determine the last digits of z. Choose H such that it is 0 where the system comes to
-//! rest. λ = 0 is used (the midpoint rule) if its noise would disturb the iteration, h ε|H|/|Δz|² >
-//! 1e-3, and if K changes without it by at most 16 roundings of H (the change is λ |Δz|²); also if
-//! Δz = 0.
+//! rest. The step uses λ = 0 (the midpoint rule) if both conditions hold: the noise of λ would
+//! disturb the iteration, h ε|H|/|Δz|² > 1e-3, and K changes without λ by at most 16 roundings of H
+//! (the change is λ |Δz|²). It also uses λ = 0 if Δz = 0.
 //!
 //! **Several solutions** may exist if h exceeds the time scale of the system. Newton's iteration
 //! from Δz = 0 may then converge to one that does not continue from h = 0; this is not checked. K
 //! is exact and the step passive on each of them.
 //!
-//! **Solved** are 2N equations for Δz, to rounding. Newton's iteration starts from Δz = 0 and keeps
-//! its Jacobian while corrections shrink fast. If it does not converge, the solution is continued
-//! from h = 0. The linear equations are solved in `f64`, by a solver chosen by the coupling
-//! ([`Gonzalez::solver`]): only scalars that hold one number are possible. K that is off by more
-//! than 16 roundings is restored by a move of (q, p) along ∇H.
+//! A step **solves** 2N equations for Δz, to rounding. Newton's iteration starts from Δz = 0 and
+//! keeps its Jacobian while corrections shrink fast. If it does not converge, the solution is
+//! continued from h = 0. The linear equations are solved in `f64`, by a solver chosen by the
+//! coupling ([`Gonzalez::solver`]): only scalars that hold one number are possible. K that is off
+//! by more than 16 roundings is restored by a move of (q, p) along ∇H. The Euclidean norm of this
+//! move is at most 1e-8 of the largest |q_j| or |p_j|.
 //!
 //! A step **fails** and leaves the state unchanged where Newton's iteration finds no solution, also
 //! by continuation ([`StepFailure::NewtonStalled`]), where the linear equations are singular

@@ -1,29 +1,30 @@
-//! A check that the gradient of a system is that of its energy, where K is lost along (q, p) and no
-//! rounding that is known explains it.
+//! A check that the gradient of a system is the derivative of its energy. It is made where a step
+//! changes K along (q, p) by more than the known rounding errors.
 
 use crate::measured_rounding::EXPLAINED_ROUNDINGS;
 use crate::ray::{Difference, Memory, Ray};
 use afterbay_core::{Scalar, Separable, StepFailure, System};
 
-/// The error of ∇H·z, as a share of its terms, from which on ∇H may not be the gradient of H. A
-/// choice: mistakes are larger. Roundings of ∇H of this size differ from node to node, so that the
-/// integral is not resolved.
+/// ∇H may not be the gradient of H if the error of ∇H·z exceeds this share of its terms. A choice:
+/// mistakes are larger. Roundings of ∇H of this size differ from node to node, so that the integral
+/// is not resolved.
 const LARGEST_SLOPE_ERROR: f64 = 1e-8;
 /// The relative change of the slope error over the longest interval of a check. A choice: it is
 /// about 2^-4 over 2^-4 z.
 const UNEVEN: f64 = 0.25;
-/// Each check begins with an interval of 2^-k z, for these k in turn. A choice: the shortest is
-/// below the waves of cos q up to |q| of some hundreds.
+/// Each check begins with an interval of 2^-k z, for these k in turn. A choice: the shortest
+/// interval resolves cos q up to |q| of a few hundred.
 const LONGEST: [i32; 4] = [4, 6, 8, 10];
 /// Roundings of q whose effect on ∇V bounds the rounding of ∇V. A choice.
 const SLOPE_ROUNDINGS: f64 = 64.0;
 /// The number of times that z is doubled at most. A choice: from the least number whose square is
 /// normal, 1e-154, to beyond 1.
 const DOUBLINGS: i32 = 520;
-/// The number of doublings that tell. A choice: features of H that end it near z are rare.
+/// If H stops being finite within fewer doublings than these, the difference counts as rounding. A
+/// choice: H is rarely singular that close to z.
 const FEWEST_DOUBLINGS: i32 = 5;
-/// The ratio of a difference to its share of that over a longer interval from which on it is
-/// irregular. A choice: that of a smooth H is near 1.
+/// A difference is irregular if it exceeds its share of the difference over a longer interval by
+/// this factor. A choice: for a smooth H the factor is near 1.
 const IRREGULAR: f64 = 16.0;
 
 /// Checks that ∇H·(q, p) is the slope of H.
@@ -73,8 +74,9 @@ pub(crate) fn check_partials<T: Scalar, S: Separable<T> + ?Sized>(
     Ok(())
 }
 
-/// Checks that ∇H·z is the slope of H. An error is a large part of it, proportional to the
-/// interval, and no rounding. It shows over an interval that is shorter than the waves of H.
+/// Checks that ∇H·z is the slope of H. An error of ∇H shows as a difference that is a large part of
+/// the slope, proportional to the interval, and no rounding. The interval must be shorter than the
+/// waves of H.
 ///
 /// # Errors
 /// [`StepFailure::NotGradient`]
@@ -113,19 +115,22 @@ fn is_large(difference: &Difference, power: i32) -> bool {
     difference.size > LARGEST_SLOPE_ERROR * 2.0_f64.powi(-power) * difference.slopes
 }
 
-/// Whether a difference is the share of that over an interval `ratio` times as long.
+/// Whether a difference is in proportion to the one over an interval `ratio` times as long.
 fn is_share(short: &Difference, long: &Difference, ratio: f64) -> bool {
     (ratio * short.size / long.size - 1.0).abs() < UNEVEN
 }
 
-/// Whether the difference becomes irregular as z is doubled again and again, while it is still a
-/// large part of the slope, as that of terms which cancel does: where 1 - cos q is 0 for a small
-/// q, its rounding is all of q²/2, and for a larger q it is that of 1. That of a wrong gradient
-/// stays proportional to the interval. True where H ends too soon to tell.
+/// Whether the difference stops being proportional to the interval as z is doubled repeatedly,
+/// while it is still a large part of the slope.
+///
+/// Rounding by cancellation does this. In 1 - cos q it is all of q²/2 while q is so small that the
+/// computed value is 0, and it is a rounding of 1 for a larger q. The error of a wrong gradient
+/// stays proportional. The result is also true if H stops being finite within
+/// [`FEWEST_DOUBLINGS`].
 ///
 /// An interval that holds several waves of H, as of cos q for a large q, does not count, since its
 /// integral is not resolved. A difference over few waves may be small by chance. The differences
-/// over the two shorter intervals are still proportional there, and those of noise are not.
+/// over the two shorter intervals are then still proportional, while those of noise are not.
 fn becomes_noise<T: Scalar, S: System<T> + ?Sized>(ray: &mut Ray<'_, T, S>) -> bool {
     let begin = ray.scale;
     let verdict = (0..DOUBLINGS).find_map(|doubling| {

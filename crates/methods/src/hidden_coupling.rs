@@ -1,4 +1,4 @@
-//! A check that each D_j depends on no other velocity where the system says so.
+//! A check that each D_j depends on no velocity but v_j, where the system claims this.
 
 use afterbay_core::{DissipationForm, Mask, Scalar, System};
 
@@ -6,11 +6,11 @@ use afterbay_core::{DissipationForm, Mask, Scalar, System};
 const SIZES: [f64; 2] = [0.1, 1.0];
 /// Whether some D_j depends on another velocity although [`DissipationForm::coupled`] is false.
 ///
-/// D is compared before and after the velocities are doubled of those degrees of freedom whose
-/// number has a bit set, and of those in which it is not set, bit by bit. Any two numbers differ in
-/// some bit, so that a dependence of D_j on v_k shows. Of a separable system, whose D may be written
-/// in p, the momenta are doubled with them. Motors are left out, and values that are NaN do not
-/// count.
+/// For each bit, the velocities of all degrees of freedom whose number has this bit set are
+/// doubled, and then those of the others. D_j of the degrees of freedom that are not doubled must
+/// not change. Any two numbers differ in some bit, so that a dependence of D_j on v_k shows. D of a
+/// separable system may be written in p, so that the momenta are doubled with the velocities.
+/// Motors are left out, and values that are NaN do not count.
 pub(crate) fn has_hidden_coupling<T: Scalar, S: System<T> + ?Sized>(
     system: &S,
     is_separable: bool,

@@ -22,9 +22,9 @@
 //! not. Coupled D that is not linear in the momenta is refused, and so is an unsymmetric R with
 //! more than 512 degrees of freedom.
 //!
-//! **Solved** is one scalar equation for each coordinate, that of [`crate::moddg`], to rounding by
-//! Newton's method with continuation from h = 0. A half step of coupled friction takes one division
-//! for each momentum, or an elimination where R is not symmetric.
+//! A step **solves** one scalar equation for each coordinate, that of [`crate::moddg`], to rounding
+//! by Newton's method with continuation from h = 0. A half step of coupled friction takes one
+//! division for each momentum, or an elimination where R is not symmetric.
 //!
 //! A step **fails** and leaves the state unchanged where
 //! - a number is not finite ([`StepFailure::NonFinite`]);

@@ -32,8 +32,9 @@ pub struct Workspace<V> {
     at: V,
     /// ∂V/∂q
     force: V,
-    /// The friction coefficient γ_j, where D_j = γ_j p_j, and the momenta 1 at which D_j = γ_j.
+    /// The friction coefficient γ_j, where D_j = γ_j p_j.
     rate: V,
+    /// Unit momenta, at which D_j equals γ_j.
     ones: V,
     /// 1/m_j
     inverse_mass: V,

@@ -1,4 +1,4 @@
-//! One-step methods for dissipative Hamiltonian systems, and what they share.
+//! One-step methods for dissipative Hamiltonian systems, and the parts that they share.
 //!
 //! The module of each method states its discrete equations, their source, the order, the quantities
 //! the method conserves and the conditions under which a step fails. [`registry`] lists all methods

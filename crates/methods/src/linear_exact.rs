@@ -221,7 +221,8 @@ impl<V: Vector> Workspace<V> {
     }
 }
 
-/// Δw without the sign that rounding errors give it where Δw ≥ 0 is required.
+/// Δw. It is 0 without dissipation, and where Δw ≥ 0 is required but rounding errors make it
+/// negative.
 fn gain<T: Scalar>(damping: &DissipationForm, w: T) -> T {
     let negative = damping.passive == Passive::Each && w.lt(T::zero()).all();
     if negative || damping.zero { T::zero() } else { w }

@@ -5,28 +5,28 @@ use crate::gradient_check::check_slope;
 use crate::ray::{Difference, Memory, Ray};
 use afterbay_core::{Scalar, StepFailure, System};
 
-/// The error of H, in roundings of |H| and of the terms of ∇H·z, that needs no cancellation: below
-/// all bounds of the change of K, which are 16 of these roundings or more, so that no step falls
-/// between the two. A choice.
+/// An error of H up to this number of roundings of |H| and of the terms of ∇H·z is not attributed
+/// to cancellation. The number is below all bounds of the change of K, which are 16 of these
+/// roundings or more, so that no step falls between the two. A choice.
 pub(crate) const EXPLAINED_ROUNDINGS: f64 = 4.0;
-/// The ratio of the bound of the rounding error to the largest of those measured. A choice: there
-/// are few of them.
+/// The ratio of the bound of the rounding error to the largest error measured. A choice: few errors
+/// are measured, and others may be larger.
 const BOUND_OVER_MEASURED: f64 = 4.0;
 
-/// The ratio of a difference to those over shorter intervals from which on it may be no rounding. A
+/// A difference that exceeds those over shorter intervals by this factor may not be rounding. A
 /// choice: roundings of neighbouring intervals are alike, or proportional to the length.
 const LARGEST_LEAP: f64 = 16.0;
 /// The number of times that the interval of a difference is halved, down to 2^-34 to 2^-50 of z. A
 /// choice.
 const HALVINGS: u32 = 30;
-/// The share of a difference that must be left in the larger half of its interval. It is half where
-/// both integrals are right, since the differences of the halves add up, and they are right to a
-/// sixteenth.
+/// One half of an interval must contain at least this share of its difference. With exact integrals
+/// the differences of the halves add up, so that the share is at least 1/2. The integrals are exact
+/// to a sixteenth.
 const LEAST_PART: f64 = 3.0 / 8.0;
 
 impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
     /// Whether a difference over an interval remains as the interval is halved, as a rounding does.
-    /// That of a thin wall that no node has met dissolves.
+    /// A difference caused by a narrow feature of H between the nodes vanishes.
     fn is_rounding(&mut self, [mut from, mut to]: [f64; 2], mut size: f64) -> bool {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (from + to);
@@ -77,7 +77,7 @@ fn measure<T: Scalar, S: System<T> + ?Sized>(
     for power in (4..21).rev() {
         let interval = [0.0, 2.0_f64.powi(-power)];
         let Difference { size, terms, resolved, .. } = ray.difference(interval);
-        // A wall is met from one share on, with a leap.
+        // A narrow feature of H makes the difference jump once the interval contains it.
         let leaps = size > LARGEST_LEAP * usual && size > most;
         if !resolved || (leaps && !ray.is_rounding(interval, size)) {
             continue;

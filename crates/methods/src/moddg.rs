@@ -10,7 +10,7 @@
 //! size and any system if the *same* δ stands in all three equations ([`steps`] describes other
 //! choices): `H1 - H0 = p̄/m Δp + (ΔV/Δq) Δq = -δ D̄ p̄/m = -Δw`.
 //!
-//! **Solved** is one scalar equation for the mean momentum v = p̄, `v = p0 - δ(p)/2 (ΔV/Δq +
+//! A step **solves** one scalar equation for the mean momentum v = p̄, `v = p0 - δ(p)/2 (ΔV/Δq +
 //! D̄)(v)`, which is regular at turning points, where Δq = 0. [`ClosedForm`] evaluates the solution
 //! for linear systems. For all others a [`Solver`](afterbay_core::solver::Solver) computes it to
 //! rounding: [`Newton`], with continuation from h = 0, or fixed-point iteration

@@ -1,5 +1,5 @@
-//! H and ∇H·z along the ray through a state z = (q, p): the change of H over an interval, beside the
-//! integral of its slope.
+//! H and ∇H·z along the ray through a state z = (q, p): the change of H over an interval, compared
+//! with the integral of its slope.
 
 use afterbay_core::{Scalar, System};
 

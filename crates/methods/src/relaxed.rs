@@ -28,8 +28,8 @@
 //! no γ within ½ of 1 conserves K. This happens beyond the limit of stability, which relaxation
 //! does not change (|hλ| ≈ 2.8 for rk4), and where f·H''f, the curvature of H along the step, is so
 //! small that K hardly depends on γ; for example on the flanks of a double well, where it changes
-//! sign. On steps so short that they change K by roundings alone, γ = 1, and the largest Δw_j takes
-//! these roundings. For scalars that hold one number.
+//! sign. Steps so short that they change K by roundings alone have γ = 1, and these roundings are
+//! taken from the largest Δw_j. For scalars that hold one number.
 
 mod direction;
 mod root;

@@ -16,7 +16,7 @@
 //! Then (q, p) is projected onto K along ∇H (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
 //! Integration, IV.4). The projection is of the size of the error of the step. If it would be too
 //! long, as near v = 0 where p is tiny in its unit, a second one measures q and p by their changes
-//! over the step. w is the sum above, unchanged. The workspace stores the (q, p) in which the last
+//! over the step. It does not change w. The workspace stores the (q, p) in which the last
 //! step ended and its target of H, so that roundings of K do not accumulate. For any other (q, p) H
 //! is computed anew.
 //!
@@ -91,8 +91,9 @@ pub struct Workspace<V: Vector> {
     hp: V,
     /// 1/m_j
     inverse_mass: V,
-    /// γ_j, where D_j = γ_j p_j, and the momenta 1 at which D_j = γ_j.
+    /// The friction coefficient γ_j, where D_j = γ_j p_j.
     rate: V,
+    /// Unit momenta, at which D_j equals γ_j.
     ones: V,
     /// The fractions of the composition.
     fractions: Vec<V::Scalar>,

@@ -118,8 +118,8 @@ pub enum InputError {
     Contradiction {
         /// The statement that is contradicted.
         quantity: Quantity,
-        /// The degree of freedom, from 0; for a sum, the one that contributes most to what is
-        /// wrong.
+        /// The degree of freedom, from 0; for a sum, the one that contributes most to the
+        /// contradiction.
         dof: usize,
         /// The value given, or the bound claimed.
         given: f64,

@@ -140,8 +140,8 @@ pub enum StepFailure {
         /// Their number.
         count: u64,
     },
-    /// The ∂V/∂q_j that a separable system gives is not that of its gradient, so that no step keeps
-    /// K.
+    /// The ∂V/∂q_j that a separable system gives differs from that in its gradient, so that no step
+    /// keeps K.
     #[error(
         "partial() gives ∂V/∂q{} = {partial:e} and gradient() gives {slope:e}: \
          `validate::separable` compares the two, and `Formulas` derives both from H",
@@ -188,8 +188,8 @@ pub enum StepFailure {
         dof + 1
     )]
     AcrossSingularity {
-        /// The degree of freedom that moves, or of those that move one whose move meets the
-        /// singularity, from 0.
+        /// The degree of freedom that moves, from 0. If several move, it is one whose move meets
+        /// the singularity.
         dof: usize,
         /// Its coordinate before the step.
         from: f64,

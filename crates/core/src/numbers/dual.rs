@@ -1,6 +1,6 @@
 //! [`num_dual::Dual64`]: a number and its derivative. The oracle of the tests of gradients.
 //!
-//! Comparisons look at the real part, so that a branch is the one the number itself would take.
+//! Comparisons use the real part alone, so a branch is taken as it is for the number itself.
 
 use super::scalar::Scalar;
 use num_dual::{Dual64, DualNum};
@@ -49,7 +49,7 @@ impl Scalar for Dual64 {
     fn le(self, other: Self) -> bool {
         self.re <= other.re
     }
-    /// Of the number and the derivative.
+    /// Whether the number and the derivative are finite.
     fn is_finite(self) -> bool {
         self.re.is_finite() && self.eps.is_finite()
     }

@@ -127,7 +127,7 @@ fn product_below((a, b): (f64, f64), c: f64) -> f64 {
 }
 
 impl Interval {
-    /// All real numbers: what is known where an operand reached a singularity.
+    /// All real numbers. It is the result where an operand contains a singularity.
     pub const WHOLE: Self = Self { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
     /// The interval between two numbers, in any order. It is [`Interval::WHOLE`] where one of them
@@ -136,7 +136,7 @@ impl Interval {
         if a.is_nan() || b.is_nan() { Self::WHOLE } else { Self::bounded(a.min(b), a.max(b)) }
     }
 
-    /// Infinite bounds and those that are no numbers give `WHOLE`.
+    /// The interval with these bounds; `WHOLE` if a bound is infinite or NaN.
     fn bounded(low: f64, high: f64) -> Self {
         if low.is_finite() && high.is_finite() { Self { low, high } } else { Self::WHOLE }
     }
@@ -195,8 +195,8 @@ impl Interval {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// The squares of its points, none of them negative: the product of two intervals does not
-    /// know that they are the same number.
+    /// The squares of its points, none of which is negative. A product treats its operands as
+    /// independent and would be wider.
     pub fn square(self) -> Self {
         let size = self.abs();
         let (least, most) = (product(size.low, size.low), product(size.high, size.high));
@@ -212,11 +212,11 @@ impl Interval {
         Self::bounded(low.max(least), high.min(most))
     }
 
-    /// Of a function of period 2π whose values at the bounds are `ends`, that is 1 at `top` + 2πk,
-    /// -1 half a period on, and monotone between.
+    /// The values of a function of period 2π that is 1 at `top` + 2πk, -1 half a period later, and
+    /// monotone between. `ends` are its values at the bounds.
     fn wave(self, ends: [f64; 2], top: f64) -> Self {
         let turns = |x: f64, from: f64| (x - from) / (2.0 * PI);
-        // A crest counts where it may be inside.
+        // An extremum is counted if it may be inside.
         let reached = |from: f64| {
             let slack = 1e-6;
             (turns(self.high, from) + slack).floor() >= (turns(self.low, from) - slack).ceil()
@@ -314,7 +314,7 @@ impl Scalar for Interval {
     fn from_f64(x: f64) -> Self {
         Self::bounded(x, x)
     }
-    /// The middle; NaN of `WHOLE`.
+    /// The middle; NaN for `WHOLE`.
     fn to_f64(self) -> f64 {
         if self.is_bounded() { 0.5 * self.low + 0.5 * self.high } else { f64::NAN }
     }
@@ -382,7 +382,7 @@ impl Scalar for Interval {
     fn le(self, other: Self) -> Certainty {
         Certainty { certain: self.high <= other.low, possible: self.low <= other.high }
     }
-    /// Certain where it is bounded, impossible elsewhere.
+    /// Certain if the interval is bounded, else impossible.
     fn is_finite(self) -> Certainty {
         Certainty { certain: self.is_bounded(), possible: self.is_bounded() }
     }

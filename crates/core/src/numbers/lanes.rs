@@ -10,8 +10,8 @@ use super::scalar::{Mask, Scalar};
 use std::hint::cold_path;
 use wide::f64x8;
 
-/// The largest angle of whose sine and cosine the lanes have all digits; above it they lose digits,
-/// and above 1e16 they leave [-1, 1].
+/// The largest angle whose sine and cosine have all digits in lanes. Above it digits are lost, and
+/// above 1e16 the values leave [-1, 1].
 const LARGEST_ANGLE: f64 = 1e8;
 
 impl Mask for f64x8 {

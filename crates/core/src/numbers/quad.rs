@@ -44,8 +44,8 @@ fn series(w: Quad, first: usize, step: usize, large: usize) -> Quad {
 /// The whole number k nearest to x / period, and x - k period.
 ///
 /// The product of k and a part of the period is exact, and the accurate difference is good to 3
-/// units of itself, which the operator's is not when terms cancel. Beyond that the period's tail is
-/// lost, 1e-49 k.
+/// units of itself. The difference of the operator is not when terms cancel. In addition the tail
+/// of the period is lost, 1e-49 k.
 fn reduce(x: Quad, period: [f64; 3]) -> (f64, Quad) {
     let k = (x.0 / period[0]).round();
     let subtract = |r: Quad, part| r.sub_accurate(Quad::from_f64(k) * Quad::from_f64(part));
@@ -79,10 +79,10 @@ fn scale(x: Quad, k: i32) -> Quad {
 impl Scalar for Quad {
     type Mask = bool;
 
-    /// 5 units: the bound of a product, of which 3.8 are seen; a quotient is seen to be off by 2.2.
-    /// A sum is off by up to 3 units of |a| + |b|, not of itself, because the low parts are added
-    /// with a rounding of their own: a difference of nearly equal numbers may keep far fewer
-    /// digits.
+    /// 5 units, the bound of the error of a product. The largest errors observed are 3.8 units for
+    /// a product and 2.2 for a quotient. A sum is off by up to 3 units of |a| + |b|, not of itself,
+    /// because the low parts are added with a rounding of their own. A difference of nearly equal
+    /// numbers may therefore keep far fewer digits.
     const EPSILON: f64 = 1.25 * f64::EPSILON * f64::EPSILON;
 
     #[inline(always)]
@@ -122,7 +122,8 @@ impl Scalar for Quad {
         let sum = high + low;
         Quad(sum, low - (sum - high))
     }
-    /// √self by one step of Newton's method from that of the high part, good to 3 units of itself.
+    /// √self by one step of Newton's method from the root of the high part, good to 3 units of
+    /// itself.
     fn sqrt(self) -> Self {
         if self.0 == 0.0 {
             return Quad::ZERO;
@@ -162,7 +163,7 @@ impl Scalar for Quad {
             x if x < 0.0 || !x.is_finite() => Quad::from_f64(x.ln()),
             0.0 => Quad::NEG_INFINITY,
             x => {
-                // A first power of two makes what is subnormal normal.
+                // A first power of two makes subnormal numbers normal.
                 let shift = if x < 1e-291 { 1000 } else { 0 };
                 let lifted = scale(self, shift);
                 let exponent = ((lifted.0.to_bits() >> 52) & 0x7ff) as i32 - 1023;
@@ -178,8 +179,8 @@ impl Scalar for Quad {
         }
     }
     /// One step of Newton's method from the angle y of the high part,
-    /// `y + (x cos y - sin y)/(cos y + x sin y)`: what it leaves is the third power of an error of
-    /// 1e-16. Good to 4 units of itself.
+    /// `y + (x cos y - sin y)/(cos y + x sin y)`: the remaining error is the third power of an
+    /// error of 1e-16. Good to 4 units of itself.
     fn atan(self) -> Self {
         let y = Quad::from_f64(self.0.atan());
         if self.0.is_infinite() {
@@ -224,7 +225,8 @@ impl Scalar for Quad {
         // The operator: the method of that name ignores the low parts of equal high parts.
         self <= other
     }
-    /// Of both parts: an overflow leaves an infinite high part with a low part that is NaN.
+    /// Whether both parts are finite: an overflow leaves an infinite high part with a low part that
+    /// is NaN.
     #[inline(always)]
     fn is_finite(self) -> bool {
         Quad::is_finite(self)

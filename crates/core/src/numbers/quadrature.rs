@@ -35,7 +35,7 @@ const NOISE_SHARE: f64 = 1e-3;
 /// The number of bisections after which a tail that does not decrease is taken for rounding at any
 /// size.
 const HALVINGS_BEFORE_NOISE: i32 = 12;
-/// The number of bisections over which the tail of rounding errors does not decrease. That of a
+/// The number of bisections over which the tail of rounding errors does not decrease. The tail of a
 /// function may stay as it is once by coincidence, on a long part.
 const GENERATIONS: usize = 4;
 /// The decrease over these generations that random errors may show. A smooth function decreases by

@@ -90,8 +90,8 @@ pub trait Scalar:
         self.to_f64()
     }
 
-    /// The number, read in one piece. The compiler copies eight lanes in two halves, and the next
-    /// operation on all of them waits for both.
+    /// The number, read in one piece. Without this function the compiler copies eight lanes in two
+    /// halves, and the next operation on all of them waits for both.
     #[inline(always)]
     fn read(&self) -> Self {
         *self

@@ -33,7 +33,7 @@ impl<T: Scalar, const N: usize> Series<T, N> {
         series
     }
 
-    /// A series known to so many terms: the first is `c`, the others are still 0.
+    /// A series with `known` known terms: the first is `c`, the others are still 0.
     #[inline]
     fn begun(c: T, known: usize) -> Self {
         Self { known, ..Self::constant(c) }
@@ -149,7 +149,7 @@ impl<T: Scalar, const N: usize> Mul for Series<T, N> {
     type Output = Self;
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
-        // Half the factors are parameters, and many end early.
+        // Half the factors are parameters, and many others have few terms.
         let (a, b) = (self.terms(), other.terms());
         let known = self.known.min(other.known);
         let mut product = Self::begun(T::zero(), known);
@@ -181,7 +181,7 @@ impl<T: Scalar, const N: usize> Div for Series<T, N> {
     fn div(self, other: Self) -> Self {
         let (terms, known) = (other.terms(), self.known.min(other.known));
         let mut quotient = Self::begun(T::zero(), known);
-        // Of the product of the quotient and the divisor, what the terms found so far contribute.
+        // The contribution of the terms found so far to the product of quotient and divisor.
         let mut product = [T::zero(); N];
         for k in 0..known {
             let c = (self.c[k] - product[k]) / other.c[0];
@@ -248,7 +248,7 @@ impl<T: Scalar, const N: usize> Scalar for Series<T, N> {
         self.compose(self.c[0].exp(), None)
     }
     fn exp_m1(self) -> Self {
-        // The slope is e^u: that of a sum with 1 would be lost where u is far below 0.
+        // The slope is e^u. A slope computed as 1 + (e^u - 1) would be lost where u is far below 0.
         let mut series = self.exp();
         series.c[0] = self.c[0].exp_m1();
         series

@@ -1,15 +1,15 @@
 //! Search for singularities of a function along a line: poles, logarithms of 0, roots of negative
 //! numbers.
 //!
-//! The function is enclosed over the whole line. Where the enclosure leaves a doubt, the line is
-//! halved until nothing is left to doubt, or a part is as short as rounding allows.
+//! The function is enclosed over the whole line. Where the enclosure does not decide, the line is
+//! halved until every part is decided or as short as rounding allows.
 
 use super::interval::Interval;
 use super::scalar::Scalar;
 
-/// Enclosures after which a line that is still in doubt counts as singular.
+/// The number of enclosures after which a line that is still in doubt counts as singular.
 const MOST_ENCLOSURES: usize = 4096;
-/// Parts of the line that may wait to be enclosed.
+/// The largest number of parts of the line that wait to be enclosed.
 const MOST_WAITING: usize = 64;
 /// The share of the largest coordinate of the line below which a part is not halved.
 const SHORTEST: f64 = 1e-18;
@@ -38,7 +38,8 @@ pub fn is_singular([from, to]: [f64; 2], mut look: impl FnMut(Interval) -> Sight
         return false;
     }
     let shortest = SHORTEST * (from.abs() + to.abs());
-    // A part is halved before the next one is looked at: no more wait than there are halvings.
+    // A part is halved before the next one is enclosed, so that at most one part waits for each
+    // halving.
     let mut waiting = [(0.0, 0.0); MOST_WAITING];
     waiting[0] = (from.min(to), from.max(to));
     let mut count = 1_usize;

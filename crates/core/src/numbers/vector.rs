@@ -19,7 +19,7 @@ pub trait Vector: Clone + Send + Sync {
     /// `len` zeros, or as many as the type fixes.
     fn zeros(len: usize) -> Self;
 
-    /// f of each of `from`, as many as the type can hold.
+    /// f of each entry of `from`, up to the number of entries that the type can hold.
     #[inline(always)]
     fn filled<U: Copy>(from: &[U], f: impl Fn(U) -> Self::Scalar) -> Self {
         let mut vector = Self::zeros(from.len());

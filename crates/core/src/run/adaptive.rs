@@ -31,7 +31,8 @@ pub struct Statistics {
     pub least: f64,
     /// The longest step taken.
     pub largest: f64,
-    /// The work done for them, but for steps that could not be computed.
+    /// The work of steps taken and rejected, and of states between steps. Steps that could not be
+    /// computed are not counted.
     pub effort: Effort,
 }
 
@@ -132,7 +133,7 @@ where
             run.statistics.effort +=
                 match method.between(system, h, &before, &mut run.workspace, &mut shown) {
                     Ok(effort) => effort,
-                    // Within so short a step across a break its end is as accurate.
+                    // Within so short a step across a break, the end of the step is as accurate.
                     Err(_) if is_uncontrolled(state.t - before.t, state.t) => {
                         shown.copy(state);
                         Effort::default()
@@ -215,7 +216,8 @@ where
         })
     }
 
-    /// Integrates from `before` to a time within the tolerance of the run, by steps apart from it.
+    /// Integrates from `before` to a time within the tolerance of the run, by steps that do not
+    /// belong to the run.
     #[cold]
     fn apart(
         &self,

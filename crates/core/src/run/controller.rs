@@ -1,6 +1,6 @@
 //! The control of the step size.
 //!
-//! A controller that sees how the error changes from step to step (K. Gustafsson, ACM TOMS 20
+//! The controller also uses how the error changes from step to step (K. Gustafsson, ACM TOMS 20
 //! (1994) 496-517). All errors are shares of the error allowed for the step.
 
 use super::method::Attempt;
@@ -32,22 +32,24 @@ const LEAST_TREND: f64 = 1e-3;
 pub(super) const CUT: f64 = 0.5;
 /// The largest number of such cuts in a row: 2⁻⁶⁰ of a step is below its rounding.
 pub(super) const MOST_CUTS: u32 = 60;
-/// A remaining time of up to so many steps is covered by one, and of less than 2 by two equal ones.
+/// One step covers a remaining time of up to this number of steps, and two equal steps cover one of
+/// less than 2 steps.
 pub(super) const LAST_STRETCH: f64 = 1.01;
 
 /// Options of the step size control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepControl {
-    /// The length of the first step, from the least to the largest. Without it, it follows from the
-    /// tolerance and the initial state.
+    /// The length of the first step in the unit of time, from the least to the largest. Without it,
+    /// it follows from the tolerance and the initial state.
     pub initial: Option<f64>,
-    /// The least length of a step, at least 0. A run that needs a shorter one for its tolerance
-    /// fails with [`StepFailure::Vanishes`]; the last two steps, and those that end at a break, may
-    /// be shorter.
+    /// The least length of a step in the unit of time, at least 0. A run that needs a shorter one
+    /// for its tolerance fails with [`StepFailure::Vanishes`]; the last two steps, and those that
+    /// end at a break, may be shorter.
     ///
     /// [`StepFailure::Vanishes`]: crate::StepFailure::Vanishes
     pub least: f64,
-    /// The largest length of a step; above the least. The last step may be 1 % longer.
+    /// The largest length of a step in the unit of time; above the least. The last step may be 1 %
+    /// longer.
     pub largest: f64,
     /// The error a step aims at, as a share of the error allowed; above 0 and below 1.
     pub safety: f64,
@@ -121,8 +123,8 @@ impl Controller {
     }
 
     /// Chooses the next step after an attempt with the step h that was `accepted` or not. `cut`
-    /// says that a longer step has failed before. Growth by a factor below `least_growth` is not
-    /// made.
+    /// says that a longer step has failed before. The step does not grow by a factor below
+    /// `least_growth`.
     pub(super) fn update(
         &mut self,
         attempt: Attempt,
@@ -168,8 +170,8 @@ impl Controller {
     }
 }
 
-/// ln, to 2e-4, of a positive normal number: by the exponent and a polynomial of the mantissa. A
-/// step size needs no more, and the next step waits for it.
+/// ln of a positive normal number, to 2e-4, from the exponent and a polynomial of the mantissa. A
+/// step size needs no more digits, and the next step waits for the result.
 #[inline]
 fn ln(x: f64) -> f64 {
     let bits = x.to_bits();

@@ -51,7 +51,7 @@ pub struct Event<'a> {
     /// The direction in which it crosses zero.
     pub direction: Direction,
     /// Whether the function must not pass zero. A run that starts at zero and moves beyond it then
-    /// begins with an event; otherwise the start is none.
+    /// begins with an event; otherwise the start is not an event.
     pub is_wall: bool,
 }
 
@@ -177,7 +177,7 @@ fn settle(
             *side = Side::of(is);
         } else if i == *happened {
             let scale = event.value(next).abs();
-            // At a wall a motion that an event does not change is at rest, and not beyond it.
+            // At a wall, a motion that the event does not change is at rest and not beyond it.
             side.happen(was, scale, event.is_wall || after != there);
         } else if side.at_zero.is_some() && due.contains(&i) {
             // It has been on its side since, and is at zero again.

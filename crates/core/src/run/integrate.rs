@@ -39,9 +39,9 @@ where
 /// [`integrate`] in a given workspace for the method and the system. It must be new, unless the
 /// method is memoryless ([`Method::is_memoryless`]).
 ///
-/// `remainder` is the part of w that is below its rounding: 0 at the start, and at the end what a
-/// further run needs to continue this one. A run in parts of a multiple of [`STEPS_OF_BLOCK`] steps
-/// gives the same w as a run in one.
+/// `remainder` is the part of w that is below its rounding. It is 0 at the start. At the end it is
+/// the value that a further run needs to continue this one. A run in parts of a multiple of
+/// [`STEPS_OF_BLOCK`] steps gives the same w as a run in one.
 ///
 /// # Errors
 /// Those of [`integrate`].
@@ -158,8 +158,8 @@ where
 /// The time loop for a system that may be singular: it refuses the first step that crosses a
 /// singularity of H.
 ///
-/// It is marked as cold, not as never to be inlined, which would compile it for every system: where
-/// the system has no singularities, the call disappears.
+/// It is marked as cold and not as never to be inlined. The latter would compile it for every
+/// system, while the call now disappears where the system has no singularities.
 #[cold]
 fn examined_blocks<V, S, M, O>(
     method: &M,
@@ -222,7 +222,8 @@ where
     if !system.is_singular_between(from, to) {
         return Ok(());
     }
-    // The coordinates below `low` move on one side of it, those below `high` across it.
+    // A move of the coordinates below `low` does not meet the singularity; of those below `high` it
+    // does.
     let (mut low, mut high) = (0, to.len());
     while high - low > 1 {
         let middle = low.midpoint(high);

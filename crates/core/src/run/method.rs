@@ -38,8 +38,8 @@ pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
     }
 
     /// Whether a step by itself keeps w to a rounding over a long run, and needs all of w for it.
-    /// Other methods find in w what the steps since the start of a block have added, so that small
-    /// increments are not lost in the rounding of w.
+    /// For other methods w holds only the sum of the increments since the start of a block, so that
+    /// small increments are not lost in the rounding of w.
     #[inline(always)]
     fn sums_reservoir(&self) -> bool {
         false

@@ -1,18 +1,19 @@
-//! The reservoir of a run, which keeps what rounding would cut off its increments.
+//! The reservoir of a run. It keeps the parts of the increments that rounding would remove.
 //!
-//! An increment of w below half a rounding of w is lost, and those above it lose a part: near rest
-//! w stands still while H falls, and K drifts. A run therefore sums w over a block of steps from 0,
-//! and adds each sum s to the whole. The error of that sum ([`two_sum`]) is the start of the next
-//! block. Over any number of steps w is off by one rounding of itself, and by the roundings of the
-//! sums s. Blocks end at steps that do not depend on the observer, and so neither does w.
+//! An increment of w below half a rounding of w is lost, and a larger one loses a part. Near rest w
+//! then stays constant while H falls, and K drifts. A run therefore sums w over a block of steps
+//! from 0, and adds each sum s to the whole. The error of that sum ([`two_sum`]) is the start of
+//! the next block. Over any number of steps w is off by one rounding of itself, and by the
+//! roundings of the sums s. Blocks end at steps that do not depend on the observer, and so neither
+//! does w.
 
 use crate::error::StepFailure;
 use crate::numbers::{Mask, Scalar, Vector, two_sum};
 use crate::quantity::Quantity;
 use crate::system::State;
 
-/// The steps of a block, and between two checks whether the state has come to rest. A choice: so
-/// many that both cost little beside the steps, and so few that s stays far below w.
+/// The number of steps of a block, and between two checks whether the state has come to rest. A
+/// choice: fewer steps would make both cost more, and more steps would let s grow towards w.
 pub const STEPS_OF_BLOCK: u64 = 1024;
 
 /// The whole of w while a state holds the sum of its block; `None` if the state holds all of w.
@@ -84,7 +85,7 @@ impl<V: Vector> Reservoir<V> {
         Ok(())
     }
 
-    /// Puts the whole back into `state`, and what is left of it into `remainder`.
+    /// Puts the whole back into `state`, and the part that is not added to it into `remainder`.
     #[inline(always)]
     pub(super) fn end(self, state: &mut State<V>, remainder: &mut V) {
         if let Some(Parts { whole, .. }) = self.0 {

@@ -7,8 +7,8 @@ use crate::numbers::Scalar;
 /// the largest |q_j|, |p_j| and |w_j| are the sizes of q, p and w.
 ///
 /// Each method divides the error among its steps, so that their errors add up to about the
-/// tolerance. Of a driven system the time does not count as a coordinate. A system in which
-/// solutions diverge magnifies them, and one in which they converge reduces them.
+/// tolerance. The time of a driven system is not counted as a coordinate. A system whose solutions
+/// diverge magnifies the errors, and one whose solutions converge reduces them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Relative to the size of q and p.

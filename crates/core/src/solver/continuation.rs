@@ -22,7 +22,8 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Those of one or two equations. A choice: steps in s are shorter only at a fold or a fork.
+    /// The limits for one or two equations. A choice: steps in s are shorter only at a fold or a
+    /// fork.
     pub(super) const OF_FOLDS: Self = Self { shortest: 1e-6, evaluations: 10_000 };
 }
 
@@ -70,8 +71,8 @@ impl<T: Scalar> Position<T> {
 }
 
 /// Continues a solution from s = 0 to s = 1. `solve(s)` starts from the last solution and returns
-/// the evaluations it made so far, with its failure if it has one; it then has to leave the
-/// solution as it was.
+/// the number of evaluations of all calls so far. If it fails, it also returns its failure and must
+/// leave the last solution unchanged.
 ///
 /// # Errors
 /// The last failure of `solve`, where steps become too short or evaluations too many.

@@ -16,9 +16,9 @@ pub struct FixedPoint;
 /// The largest number of iterations. A choice: it allows contraction factors up to about 0.996 in
 /// `f64`.
 const MOST_ITERATIONS: u32 = 10_000;
-/// Iterations in a row without a smaller update that end a fast contraction; at least 2, as single
-/// updates may grow on the way to a solution. A contraction with the factor r is given 1/(1 - r)
-/// times as many.
+/// A fast contraction ends after this number of iterations in a row without a smaller update. The
+/// number is at least 2, since a single update may grow on the way to a solution. A contraction
+/// with the factor r is given 1/(1 - r) times as many iterations.
 const STALLED_ITERATIONS: u32 = 3;
 
 impl Solver for FixedPoint {

@@ -3,8 +3,9 @@
 /// The most evaluations. Bisection alone would take 53.
 const MOST_EVALUATIONS: usize = 100;
 
-/// The share in (0, 1] of a step after which a function is zero, and what `at` gives there. `off`
-/// and `beyond` are its values at the ends, which differ in sign, and `end` belongs to the second.
+/// The share in (0, 1] of a step after which a function is zero, and the result of `at` there.
+/// `off` and `beyond` are the values of the function at the ends, which differ in sign, and `end`
+/// is the result at the second end.
 ///
 /// Regula falsi with the rule of Illinois (M. Dowell and P. Jarratt, BIT 11 (1971) 168-174) finds
 /// the share to rounding. Where `at` fails, the end of the bracket so far with the smaller value is
@@ -14,13 +15,13 @@ pub fn zero_within<R>(
     end: R,
     mut at: impl FnMut(f64) -> Option<(f64, R)>,
 ) -> (f64, R) {
-    // The values and shares at the ends of the bracket, and what belongs to them.
+    // The values and shares at the ends of the bracket, and the results there.
     let (mut low, mut high) = (0.0, 1.0);
     let (mut below, mut above) = (None, (beyond, (high, end)));
     let mut moved = None;
     for _ in 0..MOST_EVALUATIONS {
         let secant = (low * beyond - high * off) / (beyond - off);
-        // An infinite value says nothing of the distance.
+        // The secant is NaN if a value is infinite; the midpoint replaces it.
         let share = if secant.is_nan() { 0.5 * (low + high) } else { secant };
         if above.0 == 0.0 || !(low < share && share < high) {
             break;

@@ -67,7 +67,7 @@ impl Newton {
     }
 
     /// The solution for a caller that corrects it further. Two evaluations suffice in lanes whose
-    /// next update is below so many `roundings` of x; the others are solved to rounding.
+    /// next update is below this number of `roundings` of x; the others are solved to rounding.
     ///
     /// # Errors
     /// A [`StepFailure`] of degree of freedom `dof`.

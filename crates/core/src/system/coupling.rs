@@ -23,8 +23,8 @@ impl Coupling {
         }
     }
 
-    /// Whether two colours suffice for `n` degrees of freedom, with none of one colour acting on
-    /// another of that colour.
+    /// Whether two colours suffice for `n` degrees of freedom, so that no two of the same colour
+    /// act on each other.
     pub fn two_coloured(&self, n: usize) -> bool {
         match self {
             Self::Chain => true,
@@ -33,9 +33,9 @@ impl Coupling {
         }
     }
 
-    /// The `n` degrees of freedom ordered by colour, where none acts on another of its colour:
-    /// red-black for a chain and an even ring, and a third colour for the last of an odd ring. The
-    /// dense pattern keeps the natural order.
+    /// The `n` degrees of freedom ordered by colour. No two of the same colour act on each other:
+    /// the order is red-black for a chain and an even ring, with a third colour for the last of an
+    /// odd ring. The dense pattern keeps the natural order.
     pub fn coloured(&self, n: usize) -> Vec<usize> {
         let last = match self {
             Self::Dense => return (0..n).collect(),

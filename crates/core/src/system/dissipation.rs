@@ -61,8 +61,8 @@ impl Passive {
 }
 
 impl DissipationForm {
-    /// Nothing is known, but that each D_j depends on no velocity but its own. Where it depends on
-    /// others, set [`coupled`](Self::coupled).
+    /// Nothing is known, except that each D_j depends on no velocity but v_j. Set
+    /// [`coupled`](Self::coupled) if it depends on others.
     pub const GENERAL: Self =
         Self { zero: false, passive: Passive::No, linear: false, coupled: false };
     /// D_j = γ_j(q) p_j. Whether it is passive is not known.

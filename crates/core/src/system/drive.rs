@@ -16,7 +16,8 @@
 //! ```
 //!
 //! So H̃ + Σ w̃ = H + Σ w - Σ s. A discrete gradient passes one mean force and one mean velocity
-//! to both D̃_j and D̃_m: what leaves the account s_j enters the account of j, to rounding.
+//! to both D̃_j and D̃_m. The energy that leaves the account s_j therefore enters the account of j,
+//! to rounding.
 
 mod curvature;
 
@@ -37,8 +38,8 @@ pub trait Drive<T: Scalar>: Send + Sync {
     /// F_j(q, t) for entry k of [`Drive::driven`].
     fn force(&self, k: usize, q: &[T], t: T) -> T;
 
-    /// Passes the slopes of that F_j to `put`: ∂F_j/∂q_i with `Some(i)`, and ∂F_j/∂t with `None`.
-    /// The slopes passed, and their order, must not depend on the state.
+    /// Passes the slopes of the F_j of [`Drive::force`] to `put`: ∂F_j/∂q_i with `Some(i)`, and
+    /// ∂F_j/∂t with `None`. The slopes passed, and their order, must not depend on the state.
     fn slopes(&self, k: usize, q: &[T], t: T, put: &mut dyn FnMut(Option<usize>, T));
 
     /// Whether F_j for entry k of [`Drive::driven`] depends on q_j itself. Where it does not,

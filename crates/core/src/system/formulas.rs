@@ -40,8 +40,9 @@ pub trait Formulas: Send + Sync {
     /// references are not continued across them ([`System::kinks`]).
     fn kinks<T: Scalar>(&self, _q: &[T], _v: &[T], _put: &mut dyn FnMut(T)) {}
 
-    /// Whether V may be singular where q is finite. Steps are then examined, by V in intervals, and
-    /// refused across a singularity; a V without any is spared the time by `false`.
+    /// Whether V may be singular where q is finite. If true, each step is examined by V in
+    /// intervals, and refused across a singularity. Return `false` for a V without singularities to
+    /// save this time.
     fn may_be_singular(&self) -> bool {
         true
     }
@@ -85,7 +86,7 @@ fn with_entries<T: Scalar, R>(
     }
 }
 
-/// Calls `f` with n constants, given by index, but for entry j, which is `at`.
+/// Calls `f` with n numbers, given by index: `at` for entry j, and constants for the others.
 #[inline(always)]
 fn along<T: Scalar, R>(
     n: usize,

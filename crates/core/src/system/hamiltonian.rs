@@ -10,9 +10,10 @@ use crate::numbers::Scalar;
 /// The interface has no t. Forces that depend on time are added by a [`crate::Drive`]; where V and
 /// D depend on it, the time is a coordinate ([`crate::Clocked`]).
 ///
-/// All slices have length N, the number of degrees of freedom.
+/// All slices have length N, the number of degrees of freedom. The N of a driven system includes
+/// its motors ([`System::motors`]).
 pub trait System<T: Scalar>: Send + Sync {
-    /// N, the number of degrees of freedom.
+    /// N, the number of degrees of freedom, motors included.
     fn dof(&self) -> usize;
 
     /// H(q, p)
@@ -36,21 +37,22 @@ pub trait System<T: Scalar>: Send + Sync {
     }
 
     /// Writes the gradient at `(q[i], p[i])` to `hq[i]` and `hp[i]`: the same bits as
-    /// [`System::gradient`].
+    /// [`System::gradient`]. The outer slices have one entry a point, the inner ones length N.
     fn gradients(&self, q: &[&[T]], p: &[&[T]], hq: &mut [&mut [T]], hp: &mut [&mut [T]]) {
         for ((q, p), (hq, hp)) in q.iter().zip(p).zip(hq.iter_mut().zip(hp)) {
             self.gradient(q, p, hq, hp);
         }
     }
 
-    /// Writes D at `(q[i], p[i], v[i])` to `d[i]`: the same bits as [`System::dissipation`].
+    /// Writes D at `(q[i], p[i], v[i])` to `d[i]`: the same bits as [`System::dissipation`]. The
+    /// outer slices have one entry a point, the inner ones length N.
     fn dissipations(&self, q: &[&[T]], p: &[&[T]], v: &[&[T]], d: &mut [&mut [T]]) {
         for ((q, p), (v, d)) in q.iter().zip(p).zip(v.iter().zip(d)) {
             self.dissipation(q, p, v, d);
         }
     }
 
-    /// The properties of D that hold at every state. Methods omit the work that they make
+    /// The properties of D that hold at every state. Methods omit work that these properties make
     /// unnecessary.
     #[inline(always)]
     fn dissipation_form(&self) -> DissipationForm {
@@ -69,9 +71,9 @@ pub trait System<T: Scalar>: Send + Sync {
         false
     }
 
-    /// The number of motors of a driven system ([`crate::Driven`]), and the clock of one that
-    /// depends on the time ([`crate::Clocked`]). They are the last degrees of freedom, and their
-    /// velocity is 1, whatever their momentum.
+    /// The number of motors: those of a driven system ([`crate::Driven`]), and the clock of a
+    /// system that depends on the time ([`crate::Clocked`]). They are the last degrees of freedom,
+    /// and their velocity is 1, whatever their momentum.
     #[inline(always)]
     fn motors(&self) -> usize {
         0
@@ -97,8 +99,9 @@ pub trait System<T: Scalar>: Send + Sync {
     }
 
     /// Passes to `put` the value at (q, p) of every function at whose zeros ∇H or D may not be
-    /// analytic, such as x of |x|. The default passes none: ∇H and D are analytic wherever they are
-    /// defined. Taylor series are not continued across a zero.
+    /// analytic, such as x of |x|. The functions and their order must be the same at all states.
+    /// The default passes none: ∇H and D are analytic wherever they are defined. Taylor series are
+    /// not continued across a zero.
     #[inline]
     fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
 

@@ -7,13 +7,13 @@ use crate::numbers::{Line, Scalar, divided};
 /// A system with H = Σ p_j²/(2 m_j) + V(q). D_j depends on no momentum but p_j, unless
 /// [`crate::DissipationForm::coupled`] is set.
 pub trait Separable<T: Scalar>: System<T> {
-    /// The mass m_j > 0.
+    /// The mass m_j > 0, the ratio p_j/v_j of momentum and velocity.
     #[inline(always)]
     fn mass(&self, _j: usize) -> T {
         T::one()
     }
 
-    /// ∂V/∂q_j at the point q with its coordinate j moved to `at`.
+    /// ∂V/∂q_j, in the units of ∂H/∂q_j, at the point q with its coordinate j moved to `at`.
     fn partial(&self, q: &[T], j: usize, at: T) -> T;
 
     /// The divided difference `[V(.., to, ..) - V(q)] / (to - q_j)` of V over the edge from q to

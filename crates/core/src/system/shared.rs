@@ -1,4 +1,4 @@
-//! A shared system is a system.
+//! The system traits for `Arc<S>`, by delegation.
 
 use super::coupling::Coupling;
 use super::dissipation::{Dissipation, DissipationForm};

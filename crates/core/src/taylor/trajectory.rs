@@ -38,7 +38,8 @@ impl Pace {
 pub struct Route {
     /// The number of expansions.
     pub strides: usize,
-    /// The longest time of a feature that may have been missed; 0 if the defect was enclosed.
+    /// The longest time of a feature that may have been missed, in the unit of time of the system;
+    /// 0 if the defect was enclosed.
     pub unseen: f64,
     /// The computation was interrupted before the end.
     pub interrupted: bool,
@@ -62,9 +63,9 @@ const STRIDES_PER_DOUBLING: u32 = 4;
 ///
 /// # Errors
 /// [`InputError::Length`] and [`InputError::NotFinite`] if `start` is no state of the system.
-/// [`InputError::Step`] if `count` h is not finite. [`InputError::SolutionEnds`] if the strides shrink to 0: at a blow-up, at a singularity such as
-/// √x at 0, and where the flow stays on a kink. [`InputError::Budget`] if more strides are needed
-/// than `pace` allows.
+/// [`InputError::Step`] if `count` h is not finite. [`InputError::SolutionEnds`] if the strides
+/// shrink to 0: at a blow-up, at a singularity such as √x at 0, and where the flow stays on a kink.
+/// [`InputError::Budget`] if more strides are needed than `pace` allows.
 pub fn follow<S, V, const M: usize>(
     (system, defect): (&S, &dyn Defect<V, M>),
     start: &State<V>,

@@ -11,8 +11,8 @@ use crate::system::{Coupling, DissipationForm, System};
 /// ```
 ///
 /// The Taylor coefficients of a motion in 1e-14 s grow like 1e14^k, beyond the largest number; in a
-/// unit near its step they do not. With a power of two for u no digit changes. It is for series
-/// alone: it does not say at which times forces jump.
+/// unit near its step they do not. With a power of two for u no digit changes. This type serves
+/// series alone: it does not state the times at which forces jump.
 pub struct InUnits<S> {
     system: S,
     unit: f64,

@@ -1,4 +1,4 @@
-//! Second derivatives.
+//! Tests of the second derivatives against increments of the first.
 
 use super::along::{Sample, compare};
 use super::around::{Fields, Place, around, moved, reach, rounding, starts};

@@ -1,4 +1,4 @@
-//! Separable systems.
+//! Tests of the parts of a separable system against its gradient and dissipation.
 
 use super::along::{Resolved, Sample, compare};
 use super::around::{Place, around, most, moved, reach, rounding, starts};

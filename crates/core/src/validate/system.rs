@@ -1,4 +1,4 @@
-//! Every system.
+//! Tests of the properties that every system claims.
 
 use super::around::{Fields, Place, around, finite, starts};
 use super::coupling::coupling;

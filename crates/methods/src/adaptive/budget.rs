@@ -52,10 +52,11 @@ impl Budget {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
-    /// The errors of q, p and w allowed of a step of this length if all steps are allowed the same:
-    /// that of a step of mean length, the next one included, and at least a few roundings. The sum
-    /// over the steps is about that of [`Self::share_of`], more where the first steps are the
-    /// longest. The number of steps is smaller: it is least where all steps have the same error.
+    /// The errors of q, p and w allowed of a step of this length. Every step is allowed the error
+    /// of a step of mean length, where the mean includes the next step, and at least a few
+    /// roundings. This minimises the number of steps, which is least where all steps have the same
+    /// error. The sum over the steps is about that of [`Self::share_of`], and it is larger where
+    /// the first steps are the longest.
     #[inline]
     pub(crate) fn allowed_of_equal_steps<V: Vector>(
         &self,

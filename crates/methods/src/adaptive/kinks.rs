@@ -1,4 +1,4 @@
-//! Whether a step passes a kink of the system.
+//! The test whether a step passes a kink of the system.
 //!
 //! A method has its order only where the solution is smooth. Collocation then errs by the square of
 //! its defect, but across a kink by the defect itself. An estimate that is raised to the order of

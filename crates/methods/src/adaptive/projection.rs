@@ -12,8 +12,8 @@ const LONG_PROJECTION: f64 = 0.25;
 /// projection fails; above 1. A choice.
 pub(crate) const REFUSED_ERROR: f64 = 2.0;
 
-/// The largest change of z, as a share of its largest entry, by which a step solved to rounding
-/// restores K. A choice.
+/// The largest change of (q, p) by which a step solved to rounding restores K: its Euclidean norm
+/// as a share of the largest |q_j| or |p_j|. A choice.
 pub(crate) const LARGEST_PROJECTION: f64 = 1e-8;
 
 /// The projection of (q, p) along ∇H, scaled by the tolerances of q and p.
@@ -31,8 +31,8 @@ pub(crate) struct Projection<'a, T> {
 }
 
 impl<'a, T: Scalar> Projection<'a, T> {
-    /// The projection of the end (q, p) of a step that is solved to rounding, by at most `relative`
-    /// times its largest entry.
+    /// The projection of the end (q, p) of a step that is solved to rounding. The Euclidean norm of
+    /// the change is at most `relative` times the largest |q_j| or |p_j|.
     pub(crate) fn short(
         slope: [&'a [T]; 2],
         target: T,
@@ -106,7 +106,7 @@ impl<'a, T: Scalar> Projection<'a, T> {
         }
     }
 
-    /// The rounding of H at (q, p), of which the last ones, from n on, belong to motors.
+    /// The rounding of H at (q, p), whose entries from n on belong to motors.
     #[inline(always)]
     fn rounding(&self, n: usize, [hq, hp]: [&[T]; 2], [q, p]: [&[T]; 2], energy: T) -> f64 {
         let supplied = p[n..].iter().fold(T::zero(), |sum, p| sum + p.abs());
@@ -128,8 +128,9 @@ impl<'a, T: Scalar> Projection<'a, T> {
 /// Moves the momentum of the last motor, an account of energy with ∂H/∂p = 1, so that H equals the
 /// target, and returns H. Returns `None`, and moves nothing, if the system has no motor.
 ///
-/// A step across a jump of the drive is taken whatever its error is, and no change of (q, p) of
-/// the size of the tolerance may then restore K. The account is in error by as much anyway.
+/// A step across a jump of the drive is taken whatever its error is. It may be that no change of
+/// (q, p) of the size of the tolerance restores K. The account then has an error of this size in
+/// any case.
 pub(crate) fn balance_by_motor<T: Scalar, S: System<T> + ?Sized>(
     system: &S,
     target: T,

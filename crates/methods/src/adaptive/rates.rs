@@ -13,7 +13,7 @@ pub(crate) struct Rates<V: Vector> {
     dq: V,
     dp: V,
     mixed: [V; 2],
-    /// The largest changes of p' with q and with p, each of these having entries up to 1.
+    /// The largest change of p' for changes of q with entries up to 1, and the same for p.
     force: [f64; 2],
 }
 

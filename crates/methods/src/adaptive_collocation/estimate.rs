@@ -56,7 +56,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             1.0
         };
         let p = length * force[0] * kernel / forgets;
-        // The error of p is one of the velocities, too, which grows over the step.
+        // The error of p is also an error of the velocities. Its effect on q grows over the step.
         let by_p = 0.5 * length * self.inverse_mass * p;
         let q = (length * velocity[0] * kernel / forgets).max(by_p);
         let errors = [q / scales[0], p / scales[1]];

@@ -41,8 +41,8 @@ impl Stiffness {
     }
 
     /// Records a step by sweeps: whether sweeps limited it, and whether it is far more accurate
-    /// than required. One that is not halves the count and does not clear it, since the error that
-    /// sweeps leave may spoil one step among many.
+    /// than required. A step that is not far more accurate halves the count instead of clearing it,
+    /// since the error that sweeps leave may spoil one step among many.
     pub(super) fn record_swept(&mut self, h: f64, limited: bool, far: bool) {
         let before = self.limited_steps;
         self.limited_steps = if far { before + u64::from(limited) } else { before / 2 };

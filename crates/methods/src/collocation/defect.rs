@@ -67,8 +67,9 @@ impl<V: Vector> Workspace<V> {
         self.defect = roundings::<V::Scalar>(defect, scale);
     }
 
-    /// Moves the new state along ∇H until K equals its old value to rounding at both ends. The
-    /// error that a long step leaves is a rounding of the work along it, which may be much larger.
+    /// Moves the new state along ∇H until K equals its old value to rounding at both ends. Without
+    /// this move, a long step leaves an error that is a rounding of the work along the step, which
+    /// may be much larger.
     #[cold]
     pub(super) fn restore<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,

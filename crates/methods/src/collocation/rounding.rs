@@ -48,7 +48,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Whether the defect is the rounding of K at the ends. On a step so long that a rounding of z
-    /// grows by many powers of ten, the terms above bound nothing.
+    /// grows by many powers of ten, [`Self::terms`] is too large to be a useful bound.
     #[cold]
     pub(super) fn keeps_k<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
@@ -68,9 +68,10 @@ impl<V: Vector> Workspace<V> {
         self.defect * rounding::<V::Scalar>(self.scale) <= ends.max(measured)
     }
 
-    /// The rounding of H at both ends. A measurement takes 300 gradients, so that of the end serves
-    /// the next step, too. It stays where K is restored, which moves the end by at most 1e-8 of z.
-    /// A wrong gradient has none, and is told where the step fails.
+    /// The rounding of H at both ends. A measurement takes 300 gradients, so the next step uses the
+    /// value at the end again. The value is kept when K is restored, which moves the end by at most
+    /// 1e-8 of z. If the gradient is wrong, nothing is measured and the largest value so far is
+    /// returned; the failing step reports the gradient.
     fn energy_roundings<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         &Problem { system, state, .. }: &Problem<'_, V, S>,

@@ -61,7 +61,7 @@ where
 }
 
 /// Adds to the motor the work of its force on degree of freedom j, which has moved along its edge:
-/// the force at the midpoint, as in D̄, times the way.
+/// the force at the midpoint, as in D̄, times the displacement.
 fn supply<T, S>(
     system: &S,
     j: usize,

@@ -8,7 +8,7 @@ use std::ops::Range;
 /// The number of members of a tile, even. q, p and w of both colours take 24 KiB.
 pub(super) const TILE: usize = 1024;
 
-/// Entry e of colour c is the member `first - margin + 2 e + c`.
+/// A tile. Entry e of colour c is the member `first - margin + 2 e + c`.
 #[derive(Clone, Debug)]
 pub(super) struct Tile {
     pub(super) q: [Vec<f64>; 2],

@@ -21,8 +21,8 @@ use afterbay_core::{
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// The largest number of steps a tile takes at once. A choice: memory is then read once in so many
-/// steps.
+/// The largest number of steps a tile takes at once. A choice: memory is then read once in this
+/// number of steps.
 const MOST_STEPS: usize = 8;
 /// The largest number of changes of colour in these steps, unless a single step has more. As many
 /// members are computed twice for each tile: one in 32. A choice.

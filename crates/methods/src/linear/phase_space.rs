@@ -21,7 +21,7 @@ use afterbay_core::{Block, Curvature, InputError, Scalar};
 /// The memory limit for the dense matrices of a step, in bytes. A choice.
 const MOST_BYTES: f64 = 4e9;
 
-/// The reason why the equations of a system are not solved.
+/// The reason why the equations of a system cannot be set up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Unsolvable {
     /// A derivative names this degree of freedom, which does not exist.

@@ -50,7 +50,7 @@ impl<V: Vector> Workspace<V> {
         let mut step =
             Step { workspace: self, system, h, state, start, moved: 0.0, dof: 0, spent: 0 };
         if let Err(failure) = step.converge() {
-            // Terms that cancel inside H leave λ a rounding that |H| does not show.
+            // Terms that cancel inside H give λ a rounding error that |H| does not show.
             let known = step.workspace.energy_rounding.largest();
             if step.measure_rounding()? <= known {
                 return Err(failure);
@@ -94,7 +94,7 @@ impl<V: Vector> Workspace<V> {
 }
 
 impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
-    /// An iteration that contracts by 0.93 reaches 31 digits within them.
+    /// An iteration that contracts by 0.93 reaches 31 digits within this number.
     const MOST_CORRECTIONS: u32 = 1000;
 
     fn residual(&mut self) -> Result<(), StepFailure> {

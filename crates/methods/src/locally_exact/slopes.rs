@@ -14,8 +14,9 @@
 //! The last satisfies R v = D and x·R x = ρ |x|², which is not negative if D·v is not. Secants by
 //! columns satisfy neither.
 //!
-//! v is that of the degrees of freedom. The row of a motor has one entry: R_mj = -F_j, because D_m =
-//! -F_j v_j. So p of the motor and w_j change by the same energy.
+//! v contains the velocities of the degrees of freedom that are not motors. The row of a motor has
+//! one entry: R_mj = -F_j, because D_m = -F_j v_j. So p of the motor and w_j change by the same
+//! energy.
 
 use crate::kernels::reductions::max_norm;
 use afterbay_core::{

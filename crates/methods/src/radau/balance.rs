@@ -19,7 +19,8 @@ use super::share::Allowed;
 use crate::adaptive::{Projection, ROUNDING_SUSPECTED_BELOW, is_noise};
 use afterbay_core::{Curvature, Passive, Scalar, State, StepFailure, Vector};
 
-/// The share of the reservoirs, between 0 and 1, from which they take all of the defect. A choice.
+/// The reservoirs take all of the defect if their share exceeds this number, between 0 and 1. A
+/// choice.
 const WHOLE_SHARE: f64 = 0.999;
 
 impl<V: Vector, const S: usize> Engine<V, S> {

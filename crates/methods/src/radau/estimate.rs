@@ -1,9 +1,10 @@
 //! The estimate of the error of a step.
 //!
-//! The embedded method of order S has the start of the step as a stage more, with the weight μ, the
-//! real eigenvalue of A. It differs from the Radau method by `h μ (z'(0) - Σ ℓ_i(0) z'_i)`: the
-//! slope at the start against that of the collocation polynomial. The difference is filtered by the
-//! matrix 1 - h μ J (Hairer, Wanner II, (8.17) to (8.20)), J being the Jacobian of (q', p', w').
+//! The embedded method of order S has one more stage, the start of the step, with the weight μ, the
+//! real eigenvalue of A. It differs from the Radau method by `h μ (z'(0) - Σ ℓ_i(0) z'_i)`. This is
+//! the slope at the start less that of the collocation polynomial there, times h μ. The difference
+//! is filtered by the matrix 1 - h μ J (Hairer, Wanner II, (8.17) to (8.20)), where J is the
+//! Jacobian of (q', p', w').
 //! The error of order S+1 is raised to the order 2 S of the step, as RADAU does with its tolerance
 //! (J. Comput. Appl. Math. 111 (1999) 93-111).
 
@@ -12,10 +13,10 @@ use super::share::{Allowed, power};
 use super::stages::Point;
 use afterbay_core::{Scalar, State, System, Vector, larger_or_nan};
 
-/// The factor by which the estimate is multiplied before it is raised to the order of the step,
-/// that of RADAU. Most systems of the test set would need a tenth of it. A long chain whose fast
-/// waves are driven smoothly needs it, since the error of such waves has the order S+1 of the
-/// estimate.
+/// The factor by which the estimate is multiplied before it is raised to the order of the step. Its
+/// value is that of RADAU. Most systems of the test set would need a tenth of it. A long chain
+/// whose fast waves are driven smoothly needs it, since the error of such waves has the order S+1
+/// of the estimate.
 const CAUTION: f64 = 10.0;
 
 impl<V: Vector, const S: usize> Engine<V, S> {

@@ -3,13 +3,14 @@
 //! The steps of a stiff run differ by factors of 1e6 and more, so that a share by length would ask
 //! of its many short steps far more accuracy than the run needs. The share of a step is one over
 //! the number of steps. That number is estimated from the n steps taken and from the number m of
-//! steps as long as the longest that the rest of the run has room for:
+//! steps that fit into the rest of the run if each is as long as the longest one so far:
 //!
 //! ```text
 //! n + 8 + m^(n / (n + 8))
 //! ```
 //!
-//! The exponent expresses that the first steps say little about the later ones.
+//! This formula is a heuristic of this library. The exponent reduces the weight of m while few
+//! steps are known, since the first steps say little about the later ones.
 
 use crate::adaptive::{ROUNDINGS, SHARES, scales, sizes};
 use afterbay_core::{Scalar, State, Tolerance, Vector};

@@ -31,12 +31,11 @@ const DIVERGING: f64 = 0.9;
 const CONTRACTING: f64 = 0.02;
 /// The least η from which a step starts.
 const LEAST_ETA: f64 = 1e-16;
-/// The largest ratio of a step to the last one, which may have been cut short by a break, at which
-/// the polynomial of the last step is extrapolated to it. A choice, above the largest growth of a
-/// step.
+/// The polynomial of the last step is extrapolated to steps up to this many times as long. The last
+/// step may have been cut short by a break. A choice, above the largest growth of a step.
 const LARGEST_STRETCH: f64 = 16.0;
-/// A step starts with the last η to this power, which is larger: its corrections may converge less
-/// fast (Hairer, Wanner II, IV.8).
+/// A step starts with the last η to this power. The result is larger than η, since the corrections
+/// of the step may converge less fast (Hairer, Wanner II, IV.8).
 const ETA_POWER: f64 = 0.8;
 
 impl<V: Vector, const S: usize> Engine<V, S> {

@@ -42,7 +42,7 @@ impl<'a, T: Scalar> Place<'a, T> {
     }
 }
 
-/// The method of an error that does not know its name. Replaced by [`Run::named`].
+/// A placeholder for the name of the method in errors. [`Run::named`] replaces it.
 pub(super) const UNNAMED: &str = "";
 
 fn takes_a_tolerance() -> InputError {

@@ -140,8 +140,8 @@ pub(super) const fn printed(
 }
 
 /// The row of the scheme with δ in place of h. Near a pole δ may be negative, and a shared negative
-/// step returns energy from the reservoir, on linear systems too; hence no shared δ is A-stable.
-/// The others have h in the equation for w.
+/// step returns energy from the reservoir, on linear systems too. Hence no shared δ is A-stable.
+/// All other placements have h in the equation for w.
 const fn modified(
     name: &'static str,
     about: &'static str,

@@ -28,10 +28,10 @@ pub struct Part<'a, T> {
     pub grid: Grid<T>,
     /// The step of the first state that is shown, counted from the start of this part.
     pub first: u64,
-    /// Every so many states from there on are shown.
+    /// Every `stride`-th state from there on is shown.
     pub stride: u64,
     /// The part of w_j below its rounding, one entry a degree of freedom: 0 at the start of a run.
-    /// It receives what the next part needs.
+    /// It receives the value that the next part needs.
     pub remainder: &'a mut [T],
 }
 
@@ -79,9 +79,9 @@ impl<T: Scalar> Run<T> {
         }
     }
 
-    /// Integrates `state` over a part of a run with a fixed step. Of parts of a multiple of
-    /// [`STEPS_OF_BLOCK`](afterbay_core::STEPS_OF_BLOCK) steps, w is that of one run, to the bit if
-    /// the method keeps nothing from step to step, and else to rounding.
+    /// Integrates `state` over a part of a run with a fixed step. If all parts have a multiple of
+    /// [`STEPS_OF_BLOCK`](afterbay_core::STEPS_OF_BLOCK) steps, w equals that of a single run: to
+    /// the bit if the method keeps nothing from step to step, else to rounding.
     ///
     /// # Errors
     /// Those of [`Run::run`], and [`InputError::Length`] if the remainder has another length than
@@ -134,9 +134,9 @@ impl<T: Scalar> Run<T> {
 
     /// Takes one step with a fixed-step method. The time of `state` does not change.
     ///
-    /// Each call begins anew: it copies the workspace, and nothing is known of the step before, such
-    /// as the K to which `relaxed-*` and `splitting-*` return. For more than a few steps take
-    /// [`Run::run`]; [`Run::stepper`] allocates less.
+    /// Each call copies the workspace and has no data of the step before, such as the K to which
+    /// `relaxed-*` and `splitting-*` return. For more than a few steps take [`Run::run`];
+    /// [`Run::stepper`] allocates less.
     ///
     /// # Errors
     /// [`InputError::Unsupported`] if the method chooses its steps, the errors of [`State::check`],

@@ -22,8 +22,8 @@ use crate::{
 };
 use afterbay_core::solver::FixedPoint;
 
-/// The method of the references of studies that show no errors but attractors: accurate, and able
-/// to advance eight systems side by side. It is not one of [`METHODS`].
+/// The method of references in studies that show attractors and not errors. It is accurate, and it
+/// can advance eight systems side by side. It is not one of [`METHODS`].
 pub static REFERENCE: Row = Row {
     name: "reference",
     about: "DOP853 with small steps",

@@ -80,7 +80,7 @@ impl<V: Vector> Chord<V> {
             self.place(system, state, direction, one, total)?;
             return Ok(one);
         }
-        // Terms that cancel inside H leave it a rounding that |H| does not show.
+        // Terms that cancel inside H give it a rounding error that |H| does not show.
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let noise = RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p)?);
         let nearest = root.filter(|root| root.excess.to_f64().abs() <= noise);

@@ -181,7 +181,8 @@ fn largest_in_blocks<V: Vector, const PART: usize, const WIDTH: usize>(
     }
 }
 
-/// The largest absolute number, and NaN once a number is not finite: comparisons ignore NaN.
+/// Updates the largest absolute number, and a second number that is NaN once a number is not
+/// finite, since comparisons ignore NaN.
 #[inline(always)]
 fn see<T: Scalar>([most, poison]: [f64; 2], x: T) -> [f64; 2] {
     let x = x.to_f64().abs();

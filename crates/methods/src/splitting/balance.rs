@@ -1,4 +1,4 @@
-//! K at the end of a step: the projection, and what no projection reduces.
+//! K at the end of a step: the projection, and the errors that no projection reduces.
 
 use super::Workspace;
 use crate::adaptive::Projection;
@@ -12,7 +12,7 @@ const LARGEST_SHARE: f64 = 0.125;
 /// The error of K after a projection, in roundings of H, that is corrected once more. A projection
 /// that goes well ends within 2 roundings of q ∂H/∂q and p ∂H/∂p, which are a few times H.
 const LEFT_ROUNDINGS: f64 = 8.0;
-/// The number of projections of a step. A choice.
+/// The largest number of projections of a step. A choice.
 const MOST_PROJECTIONS: u64 = 3;
 /// Roundings of q and p that a projection may move them by, however short the step. A choice.
 const ROUNDINGS: f64 = 64.0;
@@ -20,10 +20,11 @@ const ROUNDINGS: f64 = 64.0;
 /// The norm in which the change of (q, p) by a projection is smallest.
 #[derive(Clone, Copy)]
 pub(super) enum Norm {
-    /// That of all numbers as they are.
+    /// The Euclidean norm of (q, p) in the units of the system.
     Euclidean,
-    /// In units of the changes of q and of p over the step. Where v is nearly 0, ∂H/∂p is far below
-    /// ∂H/∂q, and in units in which p is small the Euclidean projection still moves p, too far.
+    /// The norm in units of the changes of q and of p over the step. Where v is nearly 0, ∂H/∂p is
+    /// far below ∂H/∂q. The Euclidean projection nevertheless moves p too far if p is small in its
+    /// unit.
     OfChanges,
 }
 

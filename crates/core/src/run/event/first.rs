@@ -90,15 +90,15 @@ pub(super) fn first_event(
 
 /// The zero of a function between two states.
 enum Zero {
-    /// After this share of the way, at this state.
+    /// The function is zero after this share of the way, at this state.
     After(f64, State<Vec<f64>>),
-    /// It is at zero at the start.
+    /// The function is zero at the start.
     Now,
-    /// It passes zero although an event there has just changed the state.
+    /// The function passes zero although an event there has just changed the state.
     AtOnce,
-    /// It changes its sign at a pole.
+    /// The function changes its sign at a pole.
     Pole,
-    /// It does not.
+    /// The function does not cross zero.
     None,
 }
 
@@ -140,13 +140,14 @@ fn is_pole([before, found, after]: [f64; 3]) -> bool {
 
 /// The part of a way on which a function reaches zero.
 enum Approach {
-    /// It crosses zero between a share of the step, at which it has a value on its side, and the
-    /// end: the share and the value.
+    /// The function crosses zero between a share of the step, at which its value is still on its
+    /// side, and the end. Holds the share and the value.
     After(f64, f64),
-    /// It is at zero at the start.
+    /// The function is zero at the start.
     Now,
-    /// It passes zero although an event there has just changed the state.
+    /// The function passes zero although an event there has just changed the state.
     AtOnce,
+    /// The function does not cross zero.
     None,
 }
 
@@ -179,8 +180,8 @@ fn approach(event: &Event<'_>, side: Side, now: f64, after: f64, within: Within<
     match left.next() {
         Some((share, value)) => Approach::After(share, value),
         None if side.turned => Approach::AtOnce,
-        // No wall lets its function pass. Of one for both directions the start does not tell which
-        // side is beyond it.
+        // A wall never lets its function pass. For a wall in both directions the start does not
+        // show which side is beyond it.
         None if event.is_wall && (side.sign != 0.0 || direction != Direction::Both) => {
             Approach::Now
         }

@@ -5,7 +5,8 @@ use super::NOISE_ROUNDINGS;
 /// The side of zero on which a function is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
-    /// The sign of the function, or the one it has once it leaves zero; 0 if that is not known.
+    /// The sign of the function, or the sign that it has once it leaves zero; 0 if this sign is not
+    /// known.
     pub(super) sign: f64,
     /// If it is at zero, the size of a value that is a rounding of zero.
     pub(super) at_zero: Option<f64>,

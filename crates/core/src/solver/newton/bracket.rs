@@ -15,7 +15,7 @@ impl<T: Scalar> Bracket<T> {
         Self { low: -far, high: far }
     }
 
-    /// Adds a point. If it contradicts the bracket, the other side is opened.
+    /// Adds a point. If it contradicts the bracket, the end on the other side becomes unknown.
     #[inline(always)]
     pub(super) fn take(&mut self, x: T, residual: T) {
         let (zero, none) = (T::zero(), Self::none());

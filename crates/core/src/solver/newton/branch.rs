@@ -53,7 +53,8 @@ pub(super) fn continue_from_start<T: Scalar, E: Equation<T>>(
     }
 }
 
-/// Solves `x = start - F(s, x)` from the solution `x` at a smaller s. Lanes that wait keep their x.
+/// Solves `x = start - F(s, x)` from the solution `x` at a smaller s. Lanes in `waiting` keep their
+/// x.
 #[inline(always)]
 fn iterate<T: Scalar>(
     s: T,

@@ -27,7 +27,7 @@ pub(super) fn iterate_to_rounding<T: Scalar, E: Equation<T>, const DIRECT: bool>
     pair: TwoCorrections<T>,
     equation: &mut E,
 ) -> Outcome<T> {
-    // Lanes with an improvable inverse are where this iteration would have them, to the bit.
+    // In lanes with an improvable inverse, `pair` equals the result of this iteration to the bit.
     let (mut iteration, mut evaluations) = match pair.second.zip(pair.points()) {
         Some(((_, second), seen)) if DIRECT && pair.improvable.or(pair.done).all() => {
             (Iteration::after(&pair, seen, second), 2)
@@ -68,7 +68,7 @@ struct Iteration<T: Scalar> {
     anew: T::Mask,
     /// The last two corrections.
     correction: Correction<T>,
-    /// The relative error of the inverse: the square of what it missed before its improvement.
+    /// The relative error of the inverse: the square of its error before the improvement.
     inverse_error: T,
     /// The last two points.
     seen: [Point<T>; 2],
