@@ -4,7 +4,7 @@ use csv::StringRecord;
 use serde::{Deserialize, Serialize};
 use std::io::Read;
 
-/// The largest integer up to which f64 has all of them.
+/// f64 represents every integer up to this one.
 const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 
 /// The type of the values of a column.

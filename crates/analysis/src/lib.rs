@@ -7,6 +7,7 @@
 //! of the rows.
 
 pub mod columns;
+pub mod digits;
 pub mod measured;
 mod model;
 mod observable;

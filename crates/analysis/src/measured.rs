@@ -60,12 +60,15 @@ impl Measured {
     }
 }
 
-/// `1.2e-8` if the error is resolved, else `≤ 1.2e-8 + 3.4e-8`.
+/// `1.2e-8` if the error is resolved, else the upper bound `≤ 1.2e-8 + 3.4e-9`. An error below its
+/// doubt says nothing beside it, and only the sum is printed: `≤ 2.9e-11`.
 impl fmt::Display for Measured {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { error, doubt } = self;
         if self.is_resolved() {
             write!(f, "{error:.1e}")
+        } else if error < doubt {
+            write!(f, "≤ {:.1e}", self.bound())
         } else {
             write!(f, "≤ {error:.1e} + {doubt:.1e}")
         }
@@ -82,6 +85,7 @@ mod tests {
         assert_eq!(says(1.25e-7, 1.25e-8), "1.2e-7");
         assert_eq!(says(1.25e-7, 1.26e-8), "≤ 1.2e-7 + 1.3e-8");
         assert_eq!(says(0.0, 0.0), "0.0e0");
+        assert_eq!([says(0.0, 2.9e-11), says(2e-11, 3e-11)], ["≤ 2.9e-11", "≤ 5.0e-11"]);
         assert!(!Measured { error: 1.0, doubt: f64::NAN }.is_resolved());
         assert!(!Measured { error: f64::NAN, doubt: 0.0 }.is_resolved());
     }

@@ -116,6 +116,11 @@ impl Model {
         }
     }
 
+    /// Whether the equations do not depend on the time.
+    pub fn is_autonomous(&self) -> bool {
+        self.motors().count() == 0
+    }
+
     /// The clock and the motors, which are the last degrees of freedom.
     pub fn motors(&self) -> Motors {
         Motors { has_clock: self.has_clock(), driven: self.driven().to_vec() }

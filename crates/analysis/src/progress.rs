@@ -6,10 +6,10 @@ pub trait Progress: Sync {
     fn begin(&self, stage: &str, total: usize);
     /// One piece is done.
     fn advance(&self);
-    /// This share of a piece more is done. What is less than 0 is taken back, before the piece is
-    /// counted as a whole.
+    /// Adds this share of a piece to what is done. A negative share is subtracted again, before the
+    /// piece is counted as a whole.
     fn part(&self, _share: f64) {}
-    /// This share of the cost of the stage more is done; what is less than 0 is taken back.
+    /// Adds this share of the cost of the stage to what is done; a negative share is subtracted.
     fn work(&self, _share: f64) {}
     /// This share of a cell, or of the cost of the stage, was done by an earlier command: it took
     /// no time in this one.

@@ -12,8 +12,8 @@ use thiserror::Error;
 /// blocks.
 const BLOCK: usize = 1 << 16;
 
-/// The folder of the files of rows, and the command that writes them. A command reads the files of
-/// others, and writes its own only.
+/// The folder of the files of rows, and the command that writes them. A command reads the rows of
+/// all commands in the folder, and writes only files with its prefix.
 #[derive(Debug)]
 pub struct Shelf {
     folder: PathBuf,
@@ -74,7 +74,7 @@ pub struct Rows {
     held: String,
 }
 
-/// The part of a file that counts. What follows it was written after the last line of a journal.
+/// The valid part of a file. The rest was written after the last line of the journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Stored {
     name: String,

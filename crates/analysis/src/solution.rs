@@ -52,7 +52,8 @@ impl<T: Scalar> Solution<T> {
         (0..self.len()).map(|i| self.at(i))
     }
 
-    /// State number i, counted from 0.
+    /// State number i, counted from 0. Its slices have one entry for each degree of freedom, the
+    /// clock and motors included.
     pub fn at(&self, i: usize) -> StateRef<'_, T> {
         let size = 3 * self.dof + 1;
         let numbers = &self.numbers[i * size..(i + 1) * size];
@@ -91,15 +92,8 @@ impl<T: Scalar> Solution<T> {
 
     /// The largest |q_j|, |p_j| and |w_j| of all states, without clock and motors.
     pub(crate) fn sizes(&self) -> [f64; 3] {
-        let n = self.dof - self.motors.count();
-        let mut sizes = [0.0; 3];
-        for state in self.states() {
-            let w = accounts(state, &self.motors).w;
-            for (size, part) in sizes.iter_mut().zip([&state.q[..n], &state.p[..n], &w]) {
-                *size = part.iter().fold(*size, |most: f64, x| most.max(x.abs().to_f64()));
-            }
-        }
-        sizes
+        let larger = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k].max(b[k]));
+        self.states().map(|state| sizes_of(state, &self.motors)).fold([0.0; 3], larger)
     }
 
     /// The states rounded to `f64`. The roundings are added to the doubt.
@@ -150,6 +144,14 @@ impl Solution<f64> {
 pub(crate) fn twice_apart<T: Scalar>(a: StateRef<'_, T>, b: StateRef<'_, T>) -> Doubt {
     let [q, p, w] = [(a.q, b.q), (a.p, b.p), (a.w, b.w)].map(|(a, b)| 2.0 * distance(a, b));
     Doubt { qp: q, w }.larger(Doubt { qp: p, w })
+}
+
+/// The largest |q_j|, |p_j| and |w_j| of a state, without clock and motors.
+pub(crate) fn sizes_of<T: Scalar>(state: StateRef<'_, T>, motors: &Motors) -> [f64; 3] {
+    let n = state.q.len() - motors.count();
+    let w = accounts(state, motors).w;
+    let largest = |part: &[T]| part.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max);
+    [&state.q[..n], &state.p[..n], &w].map(largest)
 }
 
 /// The largest difference of two vectors; NaN if either contains NaN.

@@ -61,11 +61,11 @@ pub struct Problem {
     /// The system.
     #[serde(rename = "system")]
     pub model: Model,
-    /// q at t = 0, one entry for each degree of freedom.
+    /// q at t = 0 in the units of the system, one entry for each degree of freedom but the motors.
     pub q: Vec<f64>,
-    /// p at t = 0.
+    /// p at t = 0, likewise.
     pub p: Vec<f64>,
-    /// The end of time.
+    /// The end of time, in the unit of time of the system.
     pub end: f64,
 }
 

@@ -11,8 +11,8 @@ const POINTS: usize = 64;
 const SPAN: f64 = 8.0;
 /// The turns after which forces are compared. Many of them show a slow growth.
 const TURNS: [f64; 2] = [1.0, 1000.0];
-/// The largest change of a force over these turns, relative to its size. It covers the roundings
-/// of q after many turns, and periods given with ten digits.
+/// The largest change of a force over these turns, relative to its largest size at the points. It
+/// covers the roundings of q after many turns, and periods given with ten digits.
 const TOLERANCE: f64 = 1e-9;
 
 /// The periods of coordinates that those of V and D leave under a drive: the least multiple of each
@@ -39,16 +39,20 @@ fn repeats(
 ) -> bool {
     // Points without a pattern: multiples of the golden ratio.
     let share = |i: usize| 2.0 * (i as f64 * 1.618_033_988_749_895).fract() - 1.0;
-    (1..=POINTS).all(|i| {
+    let point = |i: usize| {
         let place = |(n, own): (usize, &Option<f64>)| {
             own.map_or(1.0, |own| SPAN * own) * share(i + 7 * (n + 1))
         };
-        let mut q: Vec<f64> = periods.iter().enumerate().map(place).collect();
-        let (start, t) = (q[j], SPAN * share(i));
-        let before = drive.force(k, &q, t);
+        let q: Vec<f64> = periods.iter().enumerate().map(place).collect();
+        (drive.force(k, &q, SPAN * share(i)), q, SPAN * share(i))
+    };
+    let points: Vec<_> = (1..=POINTS).map(point).collect();
+    let size = points.iter().map(|(before, ..)| before.abs()).fold(0.0, f64::max);
+    points.into_iter().all(|(before, mut q, t)| {
+        let start = q[j];
         TURNS.iter().all(|turns| {
             q[j] = start + turns * period;
-            (drive.force(k, &q, t) - before).abs() <= TOLERANCE * (before.abs() + 1.0)
+            (drive.force(k, &q, t) - before).abs() <= TOLERANCE * size
         })
     })
 }

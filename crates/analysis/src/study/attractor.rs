@@ -12,6 +12,8 @@ const REPEATS: usize = 2;
 /// The largest distance of points from those of the first turn of a cycle, in units and as a share
 /// of the distance of its other points.
 const OF_CYCLE: f64 = 0.01;
+/// The word for a motion that has come to rest.
+pub const REST: &str = "rest";
 /// The word for a motion that has no period because it still approaches a cycle.
 pub const SETTLING: &str = "still settling";
 /// The least number of points for each return of the cycle that a settling motion approaches.
@@ -43,6 +45,19 @@ pub struct Attractor {
     metric: Metric,
     /// The kind.
     pub kind: Kind,
+    /// What the run shows beside its points.
+    #[serde(default)]
+    traits: Traits,
+}
+
+/// What a run shows of its motion beside its points.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Traits {
+    /// Whether it has come to rest.
+    pub(super) rests: bool,
+    /// Whether no friction takes or gives energy. Then volumes of states are constant, and no
+    /// motion approaches another.
+    pub(super) conservative: bool,
 }
 
 impl Attractor {
@@ -53,16 +68,27 @@ impl Attractor {
             return None;
         }
         let kind = period(&points, &metric).map_or(Kind::Aperiodic, Kind::Period);
-        Some(Self { points, metric, kind })
+        Some(Self { points, metric, kind, traits: Traits::default() })
     }
 
-    /// The kind in words, or [`SETTLING`].
+    /// The attractor of a run that shows these traits.
+    pub(super) fn with(self, traits: Traits) -> Self {
+        Self { traits, ..self }
+    }
+
+    /// The kind in words, [`REST`], or [`SETTLING`].
     pub fn describe(&self) -> String {
         match self.of_few_points() {
+            _ if self.rests() => REST.into(),
             Some(points) => format!("{} {points}", self.kind.describe()),
             None if self.is_settling() => SETTLING.into(),
             None => self.kind.describe(),
         }
+    }
+
+    /// Whether the motion has come to rest.
+    pub fn rests(&self) -> bool {
+        self.traits.rests
     }
 
     /// The words for a motion without a period that has too few points to tell whether it settles.
@@ -75,20 +101,27 @@ impl Attractor {
     /// Whether the motion has no period because it still approaches a cycle. For some number of
     /// returns k, the mean distance of points k returns apart then falls from each quarter of the
     /// points to the next, and to a fifth at most in all, or from each eighth to the next, and to
-    /// three fifths. The mean is that of squares, which is the same for all phases of a spiral.
+    /// three fifths. The mean is that of squares, which is the same for all phases of a spiral. Or
+    /// each of these distances is less than the one k returns before, which shows an approach that
+    /// is as slow as that by a power of the time.
     pub fn is_settling(&self) -> bool {
-        let Self { points, metric, kind: Kind::Aperiodic } = self else { return false };
+        let Self { points, metric, kind: Kind::Aperiodic, traits } = self else { return false };
+        if traits.conservative {
+            return false;
+        }
         let approaches = |k: usize| {
             let squares =
                 points.windows(k + 1).map(|passed| metric.squared(&passed[k], &passed[0]));
             let squares: Vec<_> = squares.collect();
+            let steadily = squares.windows(k + 1).all(|passed| passed[k] < passed[0]);
             let mean = |part: &[f64]| (part.iter().sum::<f64>() / part.len() as f64).sqrt();
-            FALLS.into_iter().any(|(parts, left)| {
+            let in_parts = FALLS.into_iter().any(|(parts, left)| {
                 let parts: Vec<_> =
                     squares.chunks(squares.len().div_ceil(parts)).map(mean).collect();
                 let falls = parts.windows(2).all(|pair| pair[1] < pair[0]);
                 falls && parts[parts.len() - 1] <= left * parts[0]
-            })
+            });
+            steadily || in_parts
         };
         let longest = LONGEST_APPROACHED.min(points.len() / POINTS_A_RETURN);
         (1..=longest).any(approaches)
@@ -249,6 +282,15 @@ mod tests {
         }
         assert!(points(100, &|n| 1.0 + decay(n) * wave(n)).is_settling());
         assert!(points(100, &|n| of_two(n) + 0.1 * decay(n)).is_settling());
+        // An approach like a power of the time, and slow ones to cycles of periods 1 and 2.
+        let slow = |n: f64| 0.1 / (400.0 + n).sqrt();
+        for count in [32, 64, 400] {
+            assert!(points(count, &|n| 10.0 * slow(n)).is_settling(), "{count}");
+            assert!(points(count.max(64), &|n| of_two(n) + 50.0 * slow(n)).is_settling());
+        }
+        // Without friction there is none.
+        let conservative = Traits { rests: false, conservative: true };
+        assert_eq!(points(100, &decay).with(conservative).describe(), "no period");
         // A motion that grows, a torus, one with few points, and one that has settled.
         assert!(!points(100, &|n| 1e-3 / decay(n)).is_settling());
         assert!(!points(100, &wave).is_settling());

@@ -112,8 +112,7 @@ impl Basins {
     /// Whether the equations do not depend on the time, so that the section has no part in the
     /// motion.
     pub fn is_autonomous(&self) -> bool {
-        let model = &self.problem.model;
-        model.motors().count() == 0 && !model.has_clock()
+        self.problem.model.is_autonomous()
     }
 
     /// The cells whose runs look for attractors first: some that are spread over the grid.

@@ -1,6 +1,6 @@
 //! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
 
-use super::attractor::Attractor;
+use super::attractor::{Attractor, Traits};
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::growing::GROWING;
@@ -96,9 +96,9 @@ pub struct Column {
     pub points: Vec<[Vec<f64>; 2]>,
     /// The outcome of the run. One that grows all along is `growing`.
     pub ending: Ending,
-    /// Whether the motion has come to rest, beside all of it since the initial state.
-    #[serde(default)]
-    pub rests: bool,
+    /// What the run shows beside its points. It rests beside all of the motion since the initial
+    /// state.
+    traits: Traits,
     /// The distance of the points.
     metric: Metric,
 }
@@ -107,7 +107,8 @@ impl Column {
     /// The attractor that the points show; none if the run did not reach its end.
     pub fn attractor(&self) -> Option<Attractor> {
         let points = self.points.iter().map(|point| point.concat()).collect();
-        Attractor::of(points, self.metric.clone()).filter(|_| self.ending.is_completed())
+        let attractor = Attractor::of(points, self.metric.clone())?.with(self.traits);
+        self.ending.is_completed().then_some(attractor)
     }
 
     /// Whether the run has failed. One that grows or was interrupted has not.
@@ -194,8 +195,8 @@ impl Bifurcation {
         let ended = self.ensemble(row, h, progress).follow(members)?;
         let column = |((trace, ending), &value): ((Trace, Ending), &f64)| {
             let h = self.section.grid(&self.model(value)?, h)?.h;
-            let rests = trace.returns.motion().is_rest_beside(trace.returns.motion().run());
-            Ok(Column { rests, ..trace.column([value, h], Way::Afresh, ending) })
+            let traits = trace.returns.traits(trace.returns.run());
+            Ok(trace.column([value, h], Way::Afresh, ending, traits))
         };
         ended.into_iter().zip(values).map(column).collect()
     }
@@ -226,11 +227,11 @@ impl Bifurcation {
                 break;
             };
             let (fresh, state) = (self.problem.start()?, trace.state.clone());
-            whole.join(trace.returns.motion().run());
-            let rests = trace.returns.motion().is_rest_beside(&whole);
-            let column = Column { rests, ..trace.column([value, step], way, ending) };
+            whole.join(trace.returns.run());
+            let traits = trace.returns.traits(&whole);
+            let column = trace.column([value, step], way, ending, traits);
             start = match state {
-                Some(state) if column.ending.is_completed() && !rests => {
+                Some(state) if column.ending.is_completed() && !traits.rests => {
                     State { w: fresh.w, t: fresh.t, ..state }
                 }
                 _ => {
@@ -316,10 +317,10 @@ struct Trace {
 
 impl Trace {
     /// The points of a run that has ended.
-    fn column(self, [value, h]: [f64; 2], way: Way, ending: Ending) -> Column {
+    fn column(self, [value, h]: [f64; 2], way: Way, ending: Ending, traits: Traits) -> Column {
         let Self { returns, points, .. } = self;
         let (ending, metric) = (returns.ending(ending), returns.metric());
-        Column { value, h, way, points, ending, rests: false, metric }
+        Column { value, h, way, points, ending, traits, metric }
     }
 }
 

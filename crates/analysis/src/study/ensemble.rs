@@ -7,6 +7,7 @@
 
 mod alone;
 mod lanes;
+mod standstill;
 
 use super::outcome::{Ending, step_word};
 use super::ranges::Ranges;

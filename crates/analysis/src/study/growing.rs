@@ -5,9 +5,9 @@ use super::ranges::Ranges;
 
 /// The outcome of a run that grows all along, which shows no attractor.
 pub const GROWING: &str = "growing";
-/// The least factor from the size of the last part of a run but one to that of the last, if it
-/// grows. One that grows steadily shows an eighth more in the end, one that has come up to a cycle
-/// next to nothing.
+/// A run grows if its last part is larger than the part before by at least this factor. In a run
+/// that grows steadily it is larger by an eighth. In a run that has come near a cycle the two are
+/// almost equal.
 const STILL_GROWS: f64 = 1.02;
 /// The parts of a run whose sizes show that it grows.
 const PARTS: usize = 8;

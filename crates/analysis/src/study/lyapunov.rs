@@ -5,12 +5,13 @@
 //! J_k Q_k = Q_{k+1} R_k        λ_i = (1/t) Σ_k ln |R_k,ii|        t = Σ_k h
 //! ```
 //!
-//! J_k is the Jacobian of step k ([`Tangent`]), the columns of Q_k are 2N orthonormal vectors, and
-//! R_k is triangular. So these are the exponents of the map that the method is, and those of the
-//! equations come from a reference with small steps, in the same way. Sources: G. Benettin and
-//! others, Meccanica 15 (1980) 9-20 and 21-30; I. Shimada and T. Nagashima, Prog. Theor. Phys. 61
-//! (1979) 1605-1616; J.-P. Eckmann and D. Ruelle, Rev. Mod. Phys. 57 (1985) 617-656; K. Geist,
-//! U. Parlitz and W. Lauterborn, Prog. Theor. Phys. 83 (1990) 875-893.
+//! J_k is the Jacobian of step k ([`Tangent`]), with p in a unit in which it is about as large as
+//! q; the columns of Q_k are 2N orthonormal vectors, and R_k is triangular. So these are the
+//! exponents of the map that the method is, and those of the equations come from a reference with
+//! small steps, in the same way. Sources: G. Benettin and others, Meccanica 15 (1980) 9-20 and
+//! 21-30; I. Shimada and T. Nagashima, Prog. Theor. Phys. 61 (1979) 1605-1616; J.-P. Eckmann and D.
+//! Ruelle, Rev. Mod. Phys. 57 (1985) 617-656; K. Geist, U. Parlitz and W. Lauterborn, Prog. Theor.
+//! Phys. 83 (1990) 875-893.
 //!
 //! Two figures check the sum. The mean of ln |det J_k|/h is computed by LU decomposition, and must
 //! equal it to rounding. The mean of the divergence of the equations, -Σ ∂D_j/∂p_j, is what it

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 /// The least unit of an entry, as a share of its extent in the whole run. What is left of a
 /// transient is smaller.
 const OF_RUN: f64 = 1e-3;
-/// The largest difference that is none, as a share of the largest extent of a coordinate, or of a
-/// momentum. An entry that stays where it is, as by a symmetry, moves by roundings of the others.
+/// The largest difference that counts as zero, as a share of the largest extent of a coordinate, or
+/// of a momentum. An entry that a symmetry keeps constant moves by roundings of the others.
 const OF_OTHERS: f64 = 1e-10;
-/// The largest difference that is none, as a share of the largest magnitude of the entry: some
-/// thousand roundings.
-const OF_MAGNITUDE: f64 = 1e-12;
+/// The largest difference that counts as zero, as a share of the largest magnitude of the entry:
+/// some thousand roundings.
+pub(super) const OF_MAGNITUDE: f64 = 1e-12;
 /// The largest extent of a coordinate that does not move, in units.
 const AT_REST: f64 = 1e-5;
 /// The largest difference, in units, of states that count as one.
@@ -29,7 +29,7 @@ pub struct Metric {
     /// The periods of the coordinates that have one.
     periods: Vec<Option<f64>>,
     units: Vec<f64>,
-    /// The largest difference of each entry that is none.
+    /// The largest difference of each entry that counts as zero.
     least: Vec<f64>,
     /// Whether no coordinate moves.
     at_rest: bool,
@@ -119,7 +119,7 @@ impl Metric {
         self.in_units(off.iter().copied()).fold(0.0, f64::max)
     }
 
-    /// The magnitudes of differences, in units; 0 for those that are none.
+    /// The magnitudes of differences, in units; 0 for those that count as zero.
     fn in_units<'a>(
         &'a self,
         off: impl Iterator<Item = f64> + 'a,

@@ -1,6 +1,6 @@
 //! The ranges of the coordinates and momenta along a run, and along its settled part.
 
-use super::metric::{FADED, Metric};
+use super::metric::{FADED, Metric, OF_MAGNITUDE};
 use super::ranges::Ranges;
 use afterbay_core::StateRef;
 
@@ -39,9 +39,13 @@ impl Motion {
         &self.run
     }
 
-    /// Whether the motion that has settled is rest beside another.
+    /// Whether the motion that has settled is rest beside another. A coordinate that moves by
+    /// roundings rests as well, and its momentum with it.
     pub(super) fn is_rest_beside(&self, whole: &Ranges) -> bool {
-        (0..whole.len()).all(|j| self.settled.extent(j) <= FADED * whole.extent(j))
+        let (settled, dof) = (&self.settled, whole.len() / 2);
+        let faded = |j: usize| settled.extent(j) <= FADED * whole.extent(j);
+        let rounds = |j: usize| settled.extent(j) <= OF_MAGNITUDE * settled.magnitude(j);
+        (0..dof).all(|j| rounds(j) || (faded(j) && faded(dof + j)))
     }
 
     /// The distance of states of the motion that has settled. `periods` are those of the

@@ -19,7 +19,7 @@ mod trial;
 use super::Problem;
 use crate::measured::Doubt;
 use crate::progress::Progress;
-use afterbay_core::{IntegrateError, Passive, StateRef};
+use afterbay_core::{IntegrateError, Passive, StateRef, larger_or_nan};
 use afterbay_methods::registry::{ADAPTIVE, FIXED, Row};
 use dense::Dense;
 use rayon::prelude::*;
@@ -172,7 +172,7 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
     // A winner contradicted by twice as many steps is not recommended, whatever the reference says.
     while let Some((winner, setting)) = qualified.first() {
         pick.check = finer(problem, *setting, wanted.at_end, progress)?;
-        let apart = pick.check.map_or(0.0, |[qp, w]| qp.max(w));
+        let apart = pick.check.map_or(0.0, |[qp, w]| larger_or_nan(qp, w));
         if apart <= 2.0 * wanted.error || progress.stopped() {
             break;
         }
@@ -219,7 +219,7 @@ fn finer(
     let mut apart = [0.0_f64; 2];
     for (i, (a, b)) in coarse.iter().zip(&fine).enumerate() {
         let part = usize::from(i % (3 * n) >= 2 * n);
-        apart[part] = apart[part].max((a - b).abs());
+        apart[part] = larger_or_nan(apart[part], (a - b).abs());
     }
     Ok(Some(apart))
 }

@@ -1,6 +1,6 @@
 //! Poincaré sections: the states of runs at every return to a section, after a transient.
 
-use super::attractor::Attractor;
+use super::attractor::{Attractor, Traits};
 use super::dynamics::Dynamics;
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::metric::Metric;
@@ -70,20 +70,20 @@ pub struct Portrait {
     pub rows: Vec<PoincareRow>,
     /// The outcome of the run from each start. One that grows all along is `growing`.
     pub endings: Vec<Ending>,
-    /// The distance of points from each start.
-    metrics: Vec<Metric>,
+    /// The distance of points from each start, and what the run shows beside them.
+    motions: Vec<(Metric, Traits)>,
 }
 
 impl Portrait {
     /// The attractor that the run from each start shows; none if it did not reach its end.
     pub fn attractors(&self) -> Vec<Option<Attractor>> {
-        let of_start = |(start, metric): (usize, &Metric)| {
+        let of_start = |(start, (metric, traits)): (usize, &(Metric, Traits))| {
             let rows = self.rows.iter().filter(|row| row.start == start + 1);
             let points = rows.map(|row| [&row.q[..], &row.p].concat()).collect();
-            let attractor = Attractor::of(points, metric.clone());
-            attractor.filter(|_| self.endings[start].is_completed())
+            let attractor = Attractor::of(points, metric.clone())?.with(*traits);
+            self.endings[start].is_completed().then_some(attractor)
         };
-        self.metrics.iter().enumerate().map(of_start).collect()
+        self.motions.iter().enumerate().map(of_start).collect()
     }
 }
 
@@ -151,7 +151,7 @@ impl Dynamics for Poincare {
         let ensemble = Ensemble { row, parameter: "", section, h: h_near, progress };
         let trail = |(trace, ending): (Trace, Ending)| Trail {
             ending: trace.returns.ending(ending),
-            metric: trace.returns.metric(),
+            motion: (trace.returns.metric(), trace.returns.traits(trace.returns.run())),
             rows: trace.rows,
         };
         Ok((h, ensemble.follow(members)?.into_iter().map(trail).collect()))
@@ -159,22 +159,22 @@ impl Dynamics for Poincare {
 
     fn join(&self, row: &'static Row, h: f64, pieces: Vec<Self::Piece>) -> Portrait {
         let h = pieces.first().map_or(h, |piece| piece.0);
-        let (mut rows, mut endings, mut metrics) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut rows, mut endings, mut motions) = (Vec::new(), Vec::new(), Vec::new());
         for trail in pieces.into_iter().flat_map(|piece| piece.1) {
             rows.extend(trail.rows);
             endings.push(trail.ending);
-            metrics.push(trail.metric);
+            motions.push(trail.motion);
         }
-        Portrait { row, h, rows, endings, metrics }
+        Portrait { row, h, rows, endings, motions }
     }
 }
 
-/// The points of the run from one start, its outcome, and the distance of its points.
+/// The points of the run from one start, its outcome, and what it shows of its motion.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Trail {
     rows: Vec<PoincareRow>,
     ending: Ending,
-    metric: Metric,
+    motion: (Metric, Traits),
 }
 
 /// The points of one run so far.

@@ -1,5 +1,6 @@
 //! The returns of a run to a section: which are kept, their distance, and whether they grow.
 
+use super::attractor::Traits;
 use super::growing::SizeHistory;
 use super::metric::Metric;
 use super::motion::Motion;
@@ -20,6 +21,8 @@ pub(super) struct Returns {
     last: u64,
     growth: SizeHistory,
     motion: Motion,
+    /// Whether no friction has taken or given energy.
+    conservative: bool,
 }
 
 impl Returns {
@@ -27,7 +30,7 @@ impl Returns {
     pub(super) fn new(periods: Vec<Option<f64>>, transient: u64, points: u64) -> Self {
         let (dof, last) = (periods.len(), transient + points);
         let (growth, motion) = (SizeHistory::new(dof, last), Motion::new(dof));
-        Self { periods, transient, last, growth, motion }
+        Self { periods, transient, last, growth, motion, conservative: true }
     }
 
     /// The number of degrees of freedom, without motors.
@@ -44,6 +47,7 @@ impl Returns {
         path: &Ranges,
     ) -> Option<[Vec<f64>; 2]> {
         self.growth.see(n, path);
+        self.conservative &= state.w[..self.dof()].iter().all(|w| *w == 0.0);
         self.motion.join(path);
         if n == self.transient {
             self.motion.settle();
@@ -61,9 +65,14 @@ impl Returns {
         self.growth.ending(ending, &self.periods)
     }
 
-    /// The ranges of the run, and of its part that is kept.
-    pub(super) fn motion(&self) -> &Motion {
-        &self.motion
+    /// The ranges of all of the run.
+    pub(super) fn run(&self) -> &Ranges {
+        self.motion.run()
+    }
+
+    /// What the run shows beside its points. It rests beside a motion of the given ranges.
+    pub(super) fn traits(&self, whole: &Ranges) -> Traits {
+        Traits { rests: self.motion.is_rest_beside(whole), conservative: self.conservative }
     }
 
     /// The distance of the states that are kept.

@@ -3,6 +3,7 @@
 use super::side::Side;
 use crate::Model;
 use crate::Variable;
+use crate::digits::significant;
 use afterbay_core::{Grid, InputError, StateRef};
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +13,7 @@ pub enum Section {
     /// Once in every interval of time.
     Stroboscopic {
         /// The interval [default: the period of the drive]. Under a drive it is a multiple of its
-        /// period ([`is_multiple`]), since the clock begins anew in each.
+        /// period ([`is_multiple`]), since the clock of the drive starts at 0 in each interval.
         interval: Option<f64>,
     },
     /// The crossing of a value by a coordinate or a momentum.
@@ -58,6 +59,8 @@ impl Direction {
     }
 }
 
+/// The reason why states cannot be taken once in a period.
+const UNTIMED: &str = "no period of the forces is known: give an interval";
 /// The most steps between two crossings. A run that takes more does not return.
 pub(crate) const MOST_STEPS_BETWEEN: u64 = 1_000_000;
 
@@ -66,7 +69,7 @@ impl Section {
     /// steps of nearly h; a crossing takes steps of h, at most a million of them.
     ///
     /// # Errors
-    /// Those of [`Grid::of`], [`InputError::End`] without an interval, and
+    /// Those of [`Grid::of`], [`InputError::Unsupported`] without an interval, and
     /// [`InputError::Parameter`] if the drive does not repeat after it.
     pub fn grid(&self, model: &Model, h: f64) -> Result<Grid<f64>, InputError> {
         match self.interval(model) {
@@ -81,7 +84,7 @@ impl Section {
                 Grid::of(interval / steps, steps as u64)
             }
             None if matches!(self, Self::Crossing(_)) => Grid::of(h, MOST_STEPS_BETWEEN),
-            None => Err(InputError::End { end: f64::NAN }),
+            None => Err(InputError::Unsupported { method: "a stroboscopic section", why: UNTIMED }),
         }
     }
 
@@ -97,7 +100,7 @@ impl Section {
     pub fn describe(&self, model: &Model) -> String {
         match self {
             Self::Stroboscopic { .. } => match self.interval(model) {
-                Some(interval) => format!("once every {interval:.6}"),
+                Some(interval) => format!("once every {}", significant(interval, 7)),
                 None => "once in every period of the drive".into(),
             },
             Self::Crossing(Crossing { variable, dof, value, direction }) => {
@@ -168,6 +171,7 @@ pub(super) fn rewind<T: Side>(q: &mut [T], t: &mut T, dof: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use afterbay_systems::catalog::DUFFING;
 
     #[test]
     fn a_crossing_has_a_direction_and_a_turn() {
@@ -191,5 +195,16 @@ mod tests {
             // Half a turn away.
             assert!(!between(-2.9, 2.9) && !between(2.9, -2.9));
         }
+    }
+
+    #[test]
+    fn an_interval_is_told_in_any_unit_and_has_to_be_known() {
+        let model = Model::named(&DUFFING, [("alpha", 1.0)]).expect("a system");
+        let of = |interval| Section::Stroboscopic { interval };
+        let said = |interval: f64| of(Some(interval)).describe(&model);
+        assert_eq!(said(2e-12), "once every 2.000000e-12");
+        assert_eq!(said(std::f64::consts::TAU), "once every 6.283185");
+        let error = of(None).grid(&model, 0.1).expect_err("no interval").to_string();
+        assert!(error.contains("no period of the forces is known"), "{error}");
     }
 }

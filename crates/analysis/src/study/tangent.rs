@@ -13,11 +13,11 @@
 //! nonlinear solver and its quadratures too, and needs no second derivative of H. It costs 2N + 1
 //! steps.
 //!
-//! A motion that has settled at q ≠ 0 has next to no momenta, and what a displacement of their size
-//! does to q is lost in the rounding of q. A displacement of p_j that moves q_j by less than 2⁻⁶⁴
-//! of the size of q is thus enlarged until it moves q_j by 2⁻⁵⁸ of it: a state in `f64` knows q no
-//! better. The step is then taken once more. Near rest, a displacement of p begins at 2⁻⁵² of the
-//! impulse of the force in a step from a q displaced by its size.
+//! A motion that has settled at q ≠ 0 has momenta near 0. A displacement in proportion to them
+//! changes q by less than a rounding. A displacement of p_j that moves q_j by less than 2⁻⁶⁴ of the
+//! size of q is thus enlarged until it moves q_j by 2⁻⁵⁸ of that size, which is still less than the
+//! rounding of q in `f64`. The step is then taken once more. Near rest, a displacement of p begins
+//! at 2⁻⁵² of the impulse of the force in a step from a q displaced by its size.
 //!
 //! Each step begins in a fresh workspace. A method with relaxation, whose steps depend on those
 //! before through the lag of its time, is thus taken without its lag, which is of the order of its

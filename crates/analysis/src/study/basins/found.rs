@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 const REPEATED: f64 = 1e-6;
 /// The longest cycle that is looked for, in returns.
 const LONGEST_CYCLE: usize = 32;
-/// Returns beyond one period that must repeat before a cycle is believed.
+/// The number of returns beyond one period that must repeat before a cycle is accepted.
 pub(super) const MORE: usize = 5;
 /// The states in which a cycle is looked for.
 pub(super) const SEEN: usize = LONGEST_CYCLE + 2 * (LONGEST_CYCLE + MORE);
@@ -23,7 +23,7 @@ const TO_GO: f64 = 0.1;
 /// The returns that show an attractor without a period.
 pub(super) const FILLING: u64 = 4000;
 
-/// The attractor of a run that has settled, or what it takes to find it.
+/// The attractor of a settled run, or the data from which it is found.
 pub(super) enum Shown {
     /// An attractor.
     Known(Known),
@@ -153,7 +153,8 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
         let shown = match (period, last.back()) {
             (Some(period), _) => {
                 let cycle = last.range(last.len() - period..).cloned().collect();
-                Known::of_cycle(metric, cycle, &ranges(period)).map(Shown::Known)
+                // With `STEPS` a run repeats only where it rests.
+                Known::of_cycle(metric, cycle, &ranges(period), STEPS).map(Shown::Known)
             }
             _ if still_moves(&halves, metric.units(), REPEATED) => None,
             (None, Some(from)) if STEPS && !filling.is_empty() => {

@@ -2,7 +2,8 @@
 
 use super::found::{MORE, SEEN};
 use super::survey::Survey;
-use crate::study::attractor::Attractor;
+use crate::digits::in_short;
+use crate::study::attractor::{Attractor, REST, Traits};
 use crate::study::metric::Metric;
 use crate::study::ranges::Ranges;
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,9 @@ pub struct Known {
     pub attractor: Attractor,
     /// The points (q, p) of a cycle; empty without a period.
     cycle: Vec<Vec<f64>>,
+    /// The first of them, to about a thousandth of the units of the survey.
+    #[serde(default)]
+    place: Vec<f64>,
     /// The boxes of an attractor without a period.
     boxes: HashSet<Vec<i64>>,
     /// The sides of the boxes.
@@ -44,15 +48,23 @@ impl Known {
         boxes: HashSet<Vec<i64>>,
         sides: Vec<f64>,
     ) -> Self {
-        Self { attractor, cycle: Vec::new(), boxes, sides }
+        Self { attractor, cycle: Vec::new(), place: Vec::new(), boxes, sides }
     }
 
-    /// A cycle, from one turn of it and the ranges of the motion.
-    pub(super) fn of_cycle(metric: &Metric, cycle: Vec<Vec<f64>>, ranges: &Ranges) -> Option<Self> {
+    /// A cycle, or a rest, from one turn of it and the ranges of the motion.
+    pub(super) fn of_cycle(
+        metric: &Metric,
+        cycle: Vec<Vec<f64>>,
+        ranges: &Ranges,
+        rests: bool,
+    ) -> Option<Self> {
         // Two turns of a cycle show its period.
         let points = [&cycle[..], &cycle[..]].concat();
         let attractor = Attractor::of(points, metric.of_motion(ranges, NEAR))?;
-        Some(Self { attractor, cycle, boxes: HashSet::new(), sides: Vec::new() })
+        let attractor = attractor.with(Traits { rests, conservative: false });
+        let place = cycle.first()?.iter().zip(metric.units()).map(|(&x, &unit)| near(x, unit));
+        let (place, boxes) = (place.collect(), HashSet::new());
+        Some(Self { attractor, cycle, place, boxes, sides: Vec::new() })
     }
 
     /// An attractor without a period, from points that fill it and the ranges of the motion. The
@@ -79,7 +91,7 @@ impl Known {
         let sides = sides(sizes.take_while(|share| *share < 1.0).find(holds).unwrap_or(1.0));
         let boxes = boxes(&points, &sides);
         let attractor = Attractor::of(points, metric)?;
-        Some(Self { attractor, cycle: Vec::new(), boxes, sides })
+        Some(Self::of_boxes(attractor, boxes, sides))
     }
 
     /// The points of a cycle; empty without a period.
@@ -99,14 +111,13 @@ impl Known {
 
     /// The attractor in words.
     pub fn describe(&self) -> String {
-        let kind = self.attractor.kind.describe();
-        match self.cycle.first() {
-            Some(point) => {
-                let at: Vec<String> = point.iter().map(|x| format!("{x:.3}")).collect();
-                format!("{kind}, ({})", at.join(", "))
-            }
-            None => kind,
+        let attractor = &self.attractor;
+        let kind = if attractor.rests() { REST.into() } else { attractor.kind.describe() };
+        if self.place.is_empty() {
+            return kind;
         }
+        let at: Vec<String> = self.place.iter().map(|x| in_short(*x)).collect();
+        format!("{kind}, ({})", at.join(", "))
     }
 }
 
@@ -189,6 +200,13 @@ impl Survey<'_> {
         let _ = (1..).zip(again).try_for_each(|(n, point)| nearby.compare(n, point));
         nearby.reached
     }
+}
+
+/// x, to about a thousandth of a unit: to a power of ten.
+fn near(x: f64, unit: f64) -> f64 {
+    let digit = 10_f64.powf(unit.log10().floor() - 3.0);
+    // No -0.
+    (x / digit).round() * digit + 0.0
 }
 
 /// The box that a point lies in. 0 lies within one, so that what stays there but for roundings

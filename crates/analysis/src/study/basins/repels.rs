@@ -12,8 +12,8 @@ use std::ops::ControlFlow;
 
 /// The displacement from the cycle, in units of the distance.
 const DISPLACED: f64 = 1e-5;
-/// The growth in a turn that counts. What neither grows nor shrinks is not told from what does by
-/// less: differences of the displaced runs show no more, where two multipliers are equal.
+/// The least growth in a turn that counts as unstable. The differences of the displaced runs do not
+/// resolve smaller growth where two multipliers are equal.
 const GROWS: f64 = 5e-5;
 
 impl Survey<'_> {

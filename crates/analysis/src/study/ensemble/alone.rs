@@ -1,5 +1,6 @@
 //! One run from section to section.
 
+use super::standstill::Standstill;
 use super::{Ending, Ensemble, Job, Watch};
 use crate::study::section::{Crossing, MOST_STEPS_BETWEEN, Section, rewind};
 use crate::study::zero::{at_zero, copy};
@@ -51,7 +52,7 @@ impl<W: Watch> Job<W> {
     }
 }
 
-/// Runs from crossing to crossing.
+/// Runs from crossing to crossing. At rest, the states after all further steps count as returns.
 fn cross<W: Watch>(
     ensemble: &Ensemble<'_>,
     job: &mut Job<W>,
@@ -62,6 +63,7 @@ fn cross<W: Watch>(
     let mut before = state.clone();
     let mut off = crossing.distance(before.state_ref(), period);
     let (mut ending, mut missing) = (None, 0);
+    let (mut standstill, mut rests) = (Standstill::new(&member.model), false);
     let outcome = loop {
         let outcome = run.run(*grid, state, 1, &mut |step, now| {
             if step == 0 {
@@ -72,9 +74,16 @@ fn cross<W: Watch>(
             }
             let (last, h) = (std::mem::replace(&mut off, crossing.distance(now, period)), grid.h);
             missing += 1;
-            if crossing.between(last, off, period) {
+            rests = rests || standstill.is_seen(missing, now, path);
+            let meets = crossing.between(last, off, period);
+            if meets || rests {
                 let distance = |state: StateRef<'_, f64>| crossing.distance(state, period);
-                let there = at_zero(run, h, distance, (&before, last), (now, off));
+                let mut there = before.clone();
+                if meets {
+                    there = at_zero(run, h, distance, (&before, last), (now, off));
+                } else {
+                    copy(now, &mut there);
+                }
                 (*returns, missing) = (*returns + 1, 0);
                 path.see(there.state_ref());
                 if watch.see(*returns, there.state_ref(), path).is_break() {
@@ -90,8 +99,8 @@ fn cross<W: Watch>(
                     outcome: NOT_MET,
                     failure: Some(format!(
                         "the section is not met within {MOST_STEPS_BETWEEN} steps after t = \
-                         {since}: the motion has come to rest, or does not pass it in this \
-                         direction; take another section"
+                         {since}: the motion does not pass it in this direction, or creeps \
+                         towards a rest; take another section"
                     )),
                 });
             } else if missing % STEPS_BETWEEN_LOOKS == 0 && ensemble.progress.stopped() {

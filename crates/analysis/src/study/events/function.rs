@@ -10,7 +10,7 @@ use afterbay_systems::{CustomFunction, FunctionDescription};
 /// A function of the state.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Function {
-    /// A quantity less a value.
+    /// A quantity less a value in the same units.
     Quantity(Observable, f64),
     /// An expression in q1, .., p1, .., t and the parameters; with names of expressions in them.
     Expression(String, Vec<(String, String)>),

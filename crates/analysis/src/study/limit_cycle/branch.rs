@@ -47,6 +47,9 @@ const SHRUNK: f64 = 1e-5;
 /// shrunk, if they shrink to rest. At a Hopf bifurcation it changes like the square of the size, and
 /// where a force vanishes like the size.
 const UNCHANGED: f64 = 1e-6;
+/// The least size of an entry of q and p, as a share of its largest one on the branch, beside that
+/// of the entry that has shrunk least. A choice: some steps lie within it.
+const LEAST_SIZE: f64 = 0.1;
 /// The value of a test function that counts as 0, relative to those between which it is.
 const LOCATED: f64 = 1e-10;
 
@@ -230,9 +233,10 @@ impl Walk<'_> {
             points.push(Point { cycle: next.cycle.clone(), event: None });
             (self.at, self.fresh) = (next, false);
             let Place { x, image, .. } = &self.at;
-            let scales = scales_of(&image.path, &image.monodromy, x);
+            let mut scales = scales_of(&image.path, &image.monodromy, x);
             self.refuse_rest(&scales)?;
             self.refuse_homoclinic(&scales)?;
+            self.keep_sizes(&mut scales);
             self.rescale(&scales);
             if limit.is_some() {
                 return Ok(Goes::Ends);
@@ -275,6 +279,15 @@ impl Walk<'_> {
             return Err(CycleFailure::PeriodGrows { value, period });
         }
         Ok(())
+    }
+
+    /// Keeps the sizes of single entries of q and p from vanishing, as where a symmetric cycle is
+    /// met: steps would become ever shorter there, and the branch would end in roundings.
+    fn keep_sizes(&self, scales: &mut [f64]) {
+        let (sizes, largest) = (&mut scales[..self.shooting.size()], &self.largest);
+        let share = sizes.iter().zip(largest).map(|(size, most)| size / most).fold(0.0, f64::max);
+        let least = largest.iter().map(|most| LEAST_SIZE * share * most);
+        sizes.iter_mut().zip(least).for_each(|(size, least)| *size = size.max(least));
     }
 
     /// Measures q and p by the present cycle of these sizes, if it differs much in size from the one

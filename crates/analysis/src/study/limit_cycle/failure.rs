@@ -46,6 +46,12 @@ pub enum CycleFailure {
         /// The periods compared.
         periods: u64,
     },
+    /// The period in time of the system is not known.
+    #[error(
+        "no period of the forces in time is known at this value of the parameter: give the period \
+         of the drive, or end the branch before"
+    )]
+    NoPeriodInTime,
     /// Newton's method does not converge.
     #[error(
         "Newton's method does not converge to a cycle (last correction {correction:.1e} of its \
@@ -126,6 +132,7 @@ impl CycleFailure {
             Self::Run(error) => word(&Err::<(), _>(error.clone())),
             Self::AtRest { .. } => "at-rest",
             Self::NoReturn { .. } | Self::NoPeriod { .. } => "no-return",
+            Self::NoPeriodInTime => "no-period-in-time",
             Self::NotConverged { .. } | Self::PeriodLost { .. } => "not-converged",
             Self::NotIsolated { .. } => "not-isolated",
             Self::ShrinksToRest { .. } => "shrinks-to-rest",

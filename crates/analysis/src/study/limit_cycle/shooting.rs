@@ -110,12 +110,12 @@ impl Shooting<'_> {
     /// T at the unknowns.
     ///
     /// # Errors
-    /// [`InputError::End`] if no period in time is known.
-    pub(super) fn period(&self, model: &Model, x: &[f64]) -> Result<f64, InputError> {
+    /// [`CycleFailure::NoPeriodInTime`]
+    pub(super) fn period(&self, model: &Model, x: &[f64]) -> Result<f64, CycleFailure> {
         match self.multiple {
             None => Ok(x[self.size()]),
             Some(multiple) => {
-                let period = model.drive_period().ok_or(InputError::End { end: f64::NAN })?;
+                let period = model.drive_period().ok_or(CycleFailure::NoPeriodInTime)?;
                 Ok(multiple as f64 * period)
             }
         }

@@ -108,7 +108,7 @@ struct Span {
     completes: [bool; 2],
     /// The first step of the window.
     window: u64,
-    /// Every so many states of the window are sampled.
+    /// Every `stride`-th state of the window is sampled.
     stride: u64,
     h: f64,
 }

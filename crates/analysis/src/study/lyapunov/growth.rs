@@ -68,13 +68,22 @@ impl Growth {
     }
 }
 
-/// Orthonormal tangent vectors.
-pub(super) struct Frame(Mat<f64>);
+/// The powers of 2 among which the unit of p is chosen. In units in which a motion has q and p of
+/// about equal sizes it is that of q, so that exponents there do not depend on the choice.
+const POWER: f64 = 20.0;
+
+/// Orthonormal tangent vectors, with p in units of its own: sizes of q and p that differ by many
+/// powers of ten, as in SI units, would mix in the rounding of an orthonormalization.
+pub(super) struct Frame {
+    vectors: Mat<f64>,
+    /// The unit of p over that of q; none before the first step.
+    unit: Option<f64>,
+}
 
 impl Frame {
     /// The unit vectors of 2N dimensions.
     pub(super) fn new(size: usize) -> Self {
-        Self(Mat::identity(size, size))
+        Self { vectors: Mat::identity(size, size), unit: None }
     }
 
     /// Takes one step from a state, and adds what it does to the vectors.
@@ -89,9 +98,11 @@ impl Frame {
         growth: &mut Growth,
     ) -> Result<(), Stop> {
         let mut state = lifted(from);
-        let jacobian =
+        let mut jacobian =
             tangent.step_with_jacobian(Quad::from_f64(h), &mut state).map_err(Stop::Run)?;
-        let qr = (&jacobian * &self.0).qr();
+        let unit = *self.unit.get_or_insert_with(|| unit_of_p(&jacobian));
+        put_in_units(&mut jacobian, unit);
+        let qr = (&jacobian * &self.vectors).qr();
         let diagonal = qr.thin_R().diagonal();
         let size = growth.logs.len();
         let logs: Vec<f64> = (0..size).map(|i| diagonal[i].abs().ln()).collect();
@@ -101,7 +112,7 @@ impl Frame {
         if !(logs.iter().all(|log| log.is_finite()) && log_det.is_finite()) {
             return Err(Stop::Singular { t: from.t });
         }
-        self.0 = qr.compute_thin_Q();
+        self.vectors = qr.compute_thin_Q();
         growth.logs.iter_mut().zip(logs).for_each(|(sum, log)| *sum += log);
         growth.log_det += log_det;
         growth.steps += 1;
@@ -113,6 +124,27 @@ impl Frame {
             _ => None,
         };
         Ok(())
+    }
+}
+
+/// The unit of p over that of q in which displacements of both change each other by about as much
+/// in a step, among the powers of [`POWER`]. It is 1 where one of them does not change the other.
+fn unit_of_p(jacobian: &Mat<f64>) -> f64 {
+    let n = jacobian.nrows() / 2;
+    let largest = |row: usize, column: usize| {
+        let entries = (0..n).flat_map(|i| (0..n).map(move |j| jacobian[(row + i, column + j)]));
+        entries.map(f64::abs).fold(0.0, f64::max)
+    };
+    let power = (0.5 * (largest(n, 0).log2() - largest(0, n).log2()) / POWER).round();
+    if power.is_finite() { (POWER * power).exp2() } else { 1.0 }
+}
+
+/// Puts a Jacobian in units in which p has the given one, a power of 2.
+fn put_in_units(jacobian: &mut Mat<f64>, unit: f64) {
+    let n = jacobian.nrows() / 2;
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        jacobian[(n + i, j)] /= unit;
+        jacobian[(i, n + j)] *= unit;
     }
 }
 

@@ -3,9 +3,10 @@
 use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
+use crate::solution::distance;
 use crate::study::Problem;
 use crate::study::kept::LargestEnergy;
-use afterbay_core::{InputError, IntegrateError, StateRef, System};
+use afterbay_core::{InputError, IntegrateError, StateRef, System, larger_or_nan};
 
 /// Equally spaced states with the slopes of q, p and w.
 pub(super) struct Dense {
@@ -30,6 +31,8 @@ const LEAST_FALL: f64 = 0.25;
 const FEW_CELLS: f64 = 0.02;
 /// The number of cells from which on they are many.
 const MANY_CELLS: usize = 1 << 14;
+/// The relative difference of two times, below which it is their rounding.
+const SAME_TIME: f64 = 4.0 * f64::EPSILON;
 /// The least factor by which the number of states grows at once.
 const LEAST_LEAP: f64 = 1.5;
 /// The largest one.
@@ -65,6 +68,7 @@ impl Dense {
             };
             let goal = goal(&exact);
             let dense = Self::of(&*system, exact, spacing);
+            // More states do not help where a slope is not a number.
             let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);
             let misses = dense.cells.iter().filter(|doubt| doubt.most() > goal).count();
             // Eight times as many states divide the error by 8⁸, except beside a kink.
@@ -102,11 +106,8 @@ impl Dense {
         for i in 0..dense.cells.len() / 2 {
             dense.between(i as f64 + 0.5, 2, &mut z);
             let exact = dense.exact.at(2 * i + 1);
-            let off = |found: &[f64], exact: &[f64]| {
-                found.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-            };
-            let qp = off(&z[..n], exact.q).max(off(&z[n..2 * n], exact.p));
-            let doubt = Doubt { qp, w: off(&z[2 * n..], exact.w) };
+            let qp = larger_or_nan(distance(&z[..n], exact.q), distance(&z[n..2 * n], exact.p));
+            let doubt = Doubt { qp, w: distance(&z[2 * n..], exact.w) };
             dense.cells[2 * i..2 * i + 2].fill(doubt);
         }
         dense
@@ -137,9 +138,15 @@ impl Dense {
     }
 
     /// Writes q, p and w at time t, and returns the doubt of the reference and that of the
-    /// interpolation.
+    /// interpolation, which is zero at the times of the states.
     pub(super) fn at(&self, t: f64, z: &mut [f64]) -> [Doubt; 2] {
         let at = (t / self.spacing).clamp(0.0, self.cells.len() as f64);
+        let node = at.round();
+        if (at - node).abs() <= SAME_TIME * at {
+            let state = self.exact.at(node as usize);
+            z.copy_from_slice(&[state.q, state.p, state.w].concat());
+            return [self.exact.doubt_at(node as usize), Doubt::default()];
+        }
         let cell = (at as usize).min(self.cells.len() - 1);
         self.between(at, 1, z);
         [self.exact.doubt_at(cell).larger(self.exact.doubt_at(cell + 1)), self.cells[cell]]
@@ -161,8 +168,13 @@ impl Dense {
     }
 
     /// The largest |q_j|, |p_j| and |w_j| of the solution.
+    pub(super) fn sizes(&self) -> [f64; 3] {
+        self.exact.sizes()
+    }
+
+    /// The largest of all these.
     pub(super) fn size(&self) -> f64 {
-        self.exact.sizes().into_iter().fold(0.0, f64::max)
+        self.sizes().into_iter().fold(0.0, f64::max)
     }
 
     /// The largest energy along the solution.
@@ -198,6 +210,13 @@ mod tests {
                 let off = (z[0] - state.q[0]).abs().max((z[1] - state.p[0]).abs());
                 assert!(off <= between.qp + 1e-14, "{count}: {off:e} at t = {t}");
                 assert!((z[2] - state.w[0]).abs() <= between.w + 1e-14, "{count}: at t = {t}");
+            }
+            // At its states the reference is known without interpolation.
+            for i in [0, 1, 7, count] {
+                let [_, between] = dense.at(f64::from(i) * spacing, &mut z);
+                let state = dense.exact.at(i as usize);
+                assert_eq!(between, Doubt::default(), "{count}: state {i}");
+                assert_eq!(z, [state.q[0], state.p[0], state.w[0]]);
             }
             // Degree 7: the error falls as the eighth power of the spacing.
             assert!(worst < 20.0 * spacing.powi(8) + 1e-13, "{count}: {worst:e}");

@@ -317,7 +317,8 @@ impl<'a> Search<'a> {
     /// The requirement that a run within the bound does not meet, in words, if any.
     fn flaw(&self, trial: &Trial) -> Result<Option<String>, IntegrateError> {
         let Bench { wanted, dense, problem, .. } = self.bench;
-        if wanted.keep_k && dense.largest_energy(problem)?.share(trial.k_drift) > KEPT {
+        let drift = dense.largest_energy(problem)?.share(trial.k_drift);
+        if wanted.keep_k && (drift > KEPT || drift.is_nan()) {
             return Ok(Some(format!("K drifts by {:.1e}", trial.k_drift)));
         }
         let taken = trial.passivity_violations.filter(|&count| wanted.passive && count > 0);

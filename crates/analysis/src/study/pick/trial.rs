@@ -47,6 +47,10 @@ pub struct Trial {
     pub doubt_qp: f64,
     /// The largest doubt of w.
     pub doubt_w: f64,
+    /// The doubt of q and p in the reference at the end.
+    pub end_doubt_qp: f64,
+    /// The doubt of w at the end.
+    pub end_doubt_w: f64,
     /// The number of states compared.
     pub samples: u64,
     /// max |K - K0| over all steps done.
@@ -78,6 +82,21 @@ impl Trial {
     /// The largest error of w on the way, with its doubt.
     pub fn w(&self) -> Option<Measured> {
         self.error_w.map(|error| Measured { error, doubt: self.doubt_w })
+    }
+
+    /// The errors of (q, p) and of w at the end, with their doubts.
+    pub fn at_end(&self) -> Option<[Measured; 2]> {
+        let [qp, w] = [self.end_qp?, self.end_w?];
+        Some([
+            Measured { error: qp, doubt: self.end_doubt_qp },
+            Measured { error: w, doubt: self.end_doubt_w },
+        ])
+    }
+
+    /// The time of the largest error on the way; none if there is no error.
+    pub fn worst(&self) -> Option<f64> {
+        let most = larger_or_nan(self.error_qp?, self.error_w?);
+        (most != 0.0).then_some(self.worst_t)
     }
 
     /// The step or the tolerance, in words.
@@ -129,7 +148,7 @@ fn off(found: StateRef<'_, f64>, z: &[f64], motors: &Motors) -> [f64; 2] {
 impl Watch<'_> {
     fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
         let Bench { problem, wanted, dense, progress, system, total } = self.bench;
-        self.drift = self.drift.max((state.total(&**system) - total).abs());
+        self.drift = larger_or_nan(self.drift, (state.total(&**system) - total).abs());
         if step > self.steps {
             self.passivity.see(state);
         }
@@ -151,8 +170,9 @@ impl Watch<'_> {
         self.samples += 1;
         self.qp = self.qp.larger(Measured { error: qp, doubt: doubt.qp });
         self.w = self.w.larger(Measured { error: w, doubt: doubt.w });
-        if qp.max(w) > self.worst.0 {
-            self.worst = (qp.max(w), t);
+        let most = larger_or_nan(qp, w);
+        if most > self.worst.0 || (most.is_nan() && !self.worst.0.is_nan()) {
+            self.worst = (most, t);
         }
     }
 }
@@ -216,12 +236,12 @@ impl<'a> Bench<'a> {
         });
         let Ending { outcome, failure } = ending;
         let Watch { qp, w, worst, samples, drift, passivity, steps, .. } = watch;
+        let end_doubt = self.dense.doubt_at_end();
         let decisive = match at_end {
             Some([end_qp, end_w]) if self.wanted.at_end => {
-                let Doubt { qp, w } = self.dense.doubt_at_end();
-                (end_qp + qp).max(end_w + w)
+                larger_or_nan(end_qp + end_doubt.qp, end_w + end_doubt.w)
             }
-            Some(_) => qp.bound().max(w.bound()),
+            Some(_) => larger_or_nan(qp.bound(), w.bound()),
             None => f64::INFINITY,
         };
         Trial {
@@ -236,6 +256,8 @@ impl<'a> Bench<'a> {
             end_w: at_end.map(|end| end[1]),
             doubt_qp: qp.doubt,
             doubt_w: w.doubt,
+            end_doubt_qp: end_doubt.qp,
+            end_doubt_w: end_doubt.w,
             samples,
             k_drift: drift,
             passivity_violations: passivity.violations(),

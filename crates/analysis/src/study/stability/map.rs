@@ -79,7 +79,8 @@ impl Map<'_> {
         Ok(References(of_groups.into_iter().flatten().collect()))
     }
 
-    /// Judges the cells by references of this map. Cells without a reference are left out.
+    /// Judges the cells by references of this map. Cells without a reference are left out, and so
+    /// are those that are not judged yet when `progress` asks to stop.
     ///
     /// # Errors
     /// [`MapError`]
@@ -92,7 +93,8 @@ impl Map<'_> {
         self.judged(methods, references, progress, Way::Together)
     }
 
-    /// Judges the cells one at a time, as a check of [`Map::judge`].
+    /// Judges the cells one at a time, as a check of [`Map::judge`], which leaves out the same
+    /// cells.
     ///
     /// # Errors
     /// [`MapError`]
