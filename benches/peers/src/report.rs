@@ -135,6 +135,7 @@ fn overview(all: &[(Scene, Vec<Row>)], artifacts: &mut Vec<Artifact>) -> Figure 
     let chart = Panels {
         title: "Error of (q, p) at the end against the time of a run".into(),
         x: Axis::log("time / time of afterbay to 1e-8"),
+        own_x: false,
         y: Axis::log("error of (q, p)"),
         panels: all.iter().map(panel).collect(),
     }

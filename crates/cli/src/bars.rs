@@ -27,7 +27,7 @@ pub(crate) struct Bars {
 struct Stage {
     bar: ProgressBar,
     name: String,
-    /// The percentage of a reference that the bar tells of; 0 if it tells of none.
+    /// The percentage of the reference shown in the bar; 0 without a reference.
     reference: Arc<AtomicU64>,
     /// The share of the cost of the stage that is done.
     work: Arc<Mutex<f64>>,

@@ -116,7 +116,9 @@ fn wanted(task: Task, scene: &Scene) -> Result<(), SceneProblem> {
 }
 
 fn default_folder(scene: &Path) -> PathBuf {
-    Path::new("out").join(scene.file_stem().unwrap_or(scene.as_os_str()))
+    // A stem `.` or `..` would be a folder that is there already.
+    let stem = scene.file_stem().filter(|stem| *stem != "." && *stem != "..");
+    Path::new("out").join(stem.or(scene.file_name()).unwrap_or(scene.as_os_str()))
 }
 
 pub(crate) fn print(findings: &[Finding], runs: &[RunOutcome], out: &Path) -> Result<(), Failure> {

@@ -20,12 +20,15 @@ pub(crate) struct Failure {
     pub(crate) code: u8,
 }
 
-/// What to say of it.
+/// The message and the help of a failure.
 #[derive(Debug, Error, Diagnostic)]
 pub(crate) enum Trouble {
     #[error("the results could not be written")]
     #[diagnostic(help("give a folder that can be written to with --out DIR"))]
     Storage(#[source] Box<dyn std::error::Error + Send + Sync>),
+    #[error("the output could not be printed")]
+    #[diagnostic(help("make room where the output goes, or send it elsewhere"))]
+    Stdout(#[source] std::io::Error),
     #[error("{} holds the results of another scene", folder.display())]
     #[diagnostic(help(
         "give another folder with --out DIR, or overwrite those results with --force (its scene \
@@ -68,11 +71,11 @@ pub(crate) enum Trouble {
     #[diagnostic(help("ask for fewer with --threads N"))]
     Threads(#[source] Box<dyn std::error::Error + Send + Sync>),
     #[error("the cells cannot be kept")]
-    #[diagnostic(help("{}", journal_help(.0)))]
-    Journal(#[source] Box<JournalError>),
+    #[diagnostic(help("{}", .1))]
+    Journal(#[source] Box<dyn std::error::Error + Send + Sync>, &'static str),
     #[error("the parts cannot be joined")]
-    #[diagnostic(help("{}", journal_help(.0)))]
-    Merge(#[source] Box<JournalError>),
+    #[diagnostic(help("{}", .1))]
+    Merge(#[source] Box<dyn std::error::Error + Send + Sync>, &'static str),
     #[error("{missing} of {} missing: {first}", counted(all, "cell"))]
     #[diagnostic(help(
         "run the shares that are missing, or those that stopped with --resume, and merge again"
@@ -144,7 +147,12 @@ impl Failure {
     }
 
     pub(crate) fn storage(error: impl std::error::Error + Send + Sync + 'static) -> Self {
-        Self::new(Trouble::Storage(Box::new(error)), STORAGE)
+        Self::new(Trouble::Storage(in_one(&error)), STORAGE)
+    }
+
+    /// Output that could not be printed.
+    pub(crate) fn stdout(error: std::io::Error) -> Self {
+        Self::new(Trouble::Stdout(error), STORAGE)
     }
 
     pub(crate) fn taken(folder: &Path, hash: &str) -> Self {
@@ -204,7 +212,7 @@ impl Failure {
 
     /// Cells that cannot be kept or read.
     pub(crate) fn journal(error: JournalError) -> Self {
-        Self::new(Trouble::Journal(Box::new(error)), STORAGE)
+        Self::new(Trouble::Journal(in_one(&error), journal_help(&error)), STORAGE)
     }
 
     /// Parts that cannot be joined.
@@ -213,7 +221,7 @@ impl Failure {
             JournalError::File { .. } | JournalError::Busy { .. } => STORAGE,
             _ => SCENE,
         };
-        Self::new(Trouble::Merge(Box::new(error)), code)
+        Self::new(Trouble::Merge(in_one(&error), merge_help(&error)), code)
     }
 
     /// Parts that are not complete.
@@ -284,6 +292,25 @@ impl From<JournalError> for Failure {
     }
 }
 
+/// An error whose message names its cause, without the cause: that would be printed twice.
+fn in_one(error: &impl std::error::Error) -> Box<dyn std::error::Error + Send + Sync> {
+    error.to_string().into()
+}
+
+/// What to do about parts that cannot be joined.
+fn merge_help(error: &JournalError) -> &'static str {
+    match error {
+        JournalError::File { .. } => "give a folder whose files can be read and written",
+        JournalError::Busy { .. } => "wait until it ends, and merge again",
+        JournalError::Foreign { .. } | JournalError::NoHeader { .. } => {
+            "compute the shares anew: `afterbay run` or `study` with --force and without --shard \
+             overwrites all parts of the folder"
+        }
+        JournalError::NoScene { .. } => "repeat a share with --resume, which writes the copy again",
+        _ => journal_help(error),
+    }
+}
+
 /// What to do about a journal.
 fn journal_help(error: &JournalError) -> &'static str {
     match error {
@@ -298,7 +325,9 @@ fn journal_help(error: &JournalError) -> &'static str {
             "take a folder of one scene: give another with --out DIR, or overwrite all parts of \
              this one by `afterbay run` or `study` with --force and without --shard"
         }
-        JournalError::Nothing { .. } => "give the folder --out of `afterbay study --shard K/N`",
+        JournalError::Nothing { .. } | JournalError::NoScene { .. } => {
+            "give the folder --out of `afterbay study --shard K/N`"
+        }
         JournalError::Scene { .. } => "compute the study anew with --force",
         JournalError::Unreadable { .. } => "compute the study anew with --force",
     }

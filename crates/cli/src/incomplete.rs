@@ -1,4 +1,5 @@
-//! The runs that did not complete: a row for those that ended alike, and the reason of the first.
+//! The runs that did not complete. Runs with the same failure share a row, with the reason of the
+//! first.
 
 use crate::failure::Failure;
 use crate::table::{self, Column};

@@ -148,13 +148,13 @@ pub(crate) fn run(what: What, format: Format) -> Result<ExitCode, Failure> {
             let columns = [
                 Column::of("method", 0),
                 Column::of("order", 0),
-                Column::of("of q p w", 5),
+                Column::of("orders of q, p, w", 5),
                 Column::of("keeps K", 0),
                 Column::of("passive", 2),
                 Column::of("stable", 3),
                 Column::words("a step costs", 4, 20),
                 Column::words("needs", 1, 16),
-                Column::words("what", 6, 30),
+                Column::words("what it is", 6, 30),
             ];
             table::print(&columns, methods().map(Method::cells))?;
         }

@@ -14,6 +14,7 @@ mod list;
 mod merge;
 mod paper;
 mod pick;
+mod printable;
 mod recommended;
 mod scene;
 mod shard;
@@ -23,6 +24,7 @@ use afterbay_experiments::scene::Task;
 use arguments::{Arguments, Command, Format};
 use clap::{CommandFactory, Parser};
 use failure::{Failure, FailureJson};
+use printable::Printable;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -68,7 +70,8 @@ fn main() -> ExitCode {
             // A failure to print has nowhere to go but the exit code.
             let _ = (format == Format::Json).then(|| table::json(&failure.json()));
             let code = failure.exit_code();
-            table::message(&format!("{:?}", miette::Report::new(*failure.diagnostic)));
+            let message = miette::Report::new(Printable::new(&failure.diagnostic));
+            table::message(&format!("{message:?}"));
             code
         }
     }

@@ -30,7 +30,9 @@ pub(crate) fn run(
     let results = perform(task, &scene, &journal, &bars)?;
     bars.finish();
     match results {
-        Some(results) => experiment::write(results, (folder, files, None), format),
+        Some(results) => {
+            experiment::write(results, (folder, files, Some((&journal, plan.len()))), format)
+        }
         None => Err(Failure::interrupted()),
     }
 }

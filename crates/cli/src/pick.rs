@@ -51,12 +51,13 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
     match format {
         Format::Json => {
             let events = experiment::stops(&scene).map(|stops| stops.statement);
-            table::json(&Answer { found: &found, events, lines, written })?;
+            let sweep = experiment::unswept(&scene).map(|unswept| unswept.statement);
+            table::json(&Answer { found: &found, events, sweep, lines, written })?;
         }
         Format::Table => {
             print(&found, scene.problem.end)?;
-            if let Some(stops) = experiment::stops(&scene) {
-                table::text(&format!("{}: {}", stops.topic, stops.statement))?;
+            for said in experiment::stops(&scene).into_iter().chain(experiment::unswept(&scene)) {
+                table::text(&format!("{}: {}", said.topic, said.statement))?;
             }
             if let Some(lines) = lines {
                 table::line(&format!("To run it, put these tables into the scene:\n\n{lines}"))?;
@@ -83,6 +84,8 @@ struct Answer<'a> {
     found: &'a Pick,
     /// The events that would end a run, in words; none if there is no such event.
     events: Option<String>,
+    /// That the sweep is not followed, in words; none without a sweep.
+    sweep: Option<String>,
     /// The tables of a scene that run the recommendation.
     lines: Option<String>,
     /// The scene that was written.
@@ -202,16 +205,15 @@ fn setting(run: &Trial) -> String {
 fn cost(candidate: &Candidate) -> String {
     let run = &candidate.run;
     let said = |error: Option<Measured>| error.map_or(String::new(), |error| error.to_string());
-    let number = |error: Option<f64>| error.map_or(String::new(), |error| format!("{error:.1e}"));
+    let [end_qp, end_w] = run.at_end().map_or([None; 2], |end| end.map(Some));
+    let worst = run.worst().map_or(String::new(), |t| format!(" (largest at t = {})", in_short(t)));
     let seconds = run.seconds.map_or("not timed".into(), |seconds| format!("{seconds:.1e} s"));
     format!(
-        "{seconds}, error {} in (q, p) and {} in w on the way (largest at t = {}), {} and {} at \
-         the end",
+        "{seconds}, error {} in (q, p) and {} in w on the way{worst}, {} and {} at the end",
         said(run.qp()),
         said(run.w()),
-        in_short(run.worst_t),
-        number(run.end_qp),
-        number(run.end_w),
+        said(end_qp),
+        said(end_w),
     )
 }
 
@@ -230,6 +232,7 @@ fn checked(winner: &Candidate, finer: Option<[f64; 2]>) -> String {
 fn cells(candidate: &Candidate) -> Vec<String> {
     let run = &candidate.run;
     let said = |error: Option<Measured>| error.map_or(String::new(), |error| error.to_string());
+    let [end_qp, end_w] = run.at_end().map_or([None; 2], |end| end.map(Some));
     let scientific =
         |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.1e}"));
     vec![
@@ -237,8 +240,8 @@ fn cells(candidate: &Candidate) -> Vec<String> {
         setting(run),
         said(run.qp()),
         said(run.w()),
-        scientific(run.end_qp),
-        scientific(run.end_w),
+        said(end_qp),
+        said(end_w),
         scientific(Some(run.k_drift)),
         run.passivity_violations.map_or("not counted".into(), |count| count.to_string()),
         scientific(run.seconds),

@@ -24,7 +24,6 @@ pub(crate) fn with_text(path: &Path) -> Result<(String, Scene), Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut scene =
         Scene::read_in(folder, text).map_err(|error| Failure::scene(path, text, error))?;
-    let name = path.file_stem().map(|name| name.to_string_lossy().into_owned());
-    scene.title = scene.title.or(name);
+    scene.call_by(path);
     Ok((text.to_owned(), scene))
 }

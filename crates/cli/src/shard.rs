@@ -72,9 +72,9 @@ pub(crate) fn show(scene: &Scene, cells: &Cells<'_>, format: Format) -> Result<E
                 table::text(&format!("And {left} more cells (--format json has all)."))?;
             }
             table::text(&format!(
-                "{} cells of the scene {}. A cost is a number of steps times degrees of freedom; \
+                "{} of the scene {}. A cost is a number of steps times degrees of freedom; \
                  all are {cost:.3e}. The largest reference takes about {:.1} MB.",
-                plan.len(),
+                counted(plan.len(), "cell"),
                 &scene.hash()[..12],
                 1e-6 * reference_bytes,
             ))?;

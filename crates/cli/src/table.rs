@@ -1,6 +1,7 @@
 //! Text, tables and JSON on stdout, as wide as the terminal, and messages on stderr.
 
 use crate::failure::Failure;
+use crate::printable::printable;
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, Width, presets};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
@@ -124,9 +125,9 @@ pub(crate) fn json(value: &impl Serialize) -> Result<(), Failure> {
     not_closed(written.and_then(|()| writeln!(out)).and_then(|()| out.flush()))
 }
 
-/// Prints lines as they are.
+/// Prints lines, with control characters as escapes.
 pub(crate) fn line(text: &str) -> Result<(), Failure> {
-    not_closed(writeln!(io::stdout(), "{text}"))
+    not_closed(writeln!(io::stdout(), "{}", printable(text)))
 }
 
 /// Prints bytes as they are.
@@ -143,7 +144,7 @@ pub(crate) fn message(text: &str) {
 /// A closed pipe is not an error.
 fn not_closed(written: io::Result<()>) -> Result<(), Failure> {
     match written {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::storage(error)),
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::stdout(error)),
         _ => Ok(()),
     }
 }

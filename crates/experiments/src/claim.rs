@@ -6,6 +6,8 @@
 //! every finding and checks that the verdict and the sentence change.
 
 use crate::report::Verdict;
+pub use afterbay_analysis::digits::in_short;
+pub(crate) use afterbay_analysis::digits::significant;
 use serde::Serialize;
 
 /// The verdict and the sentence derived from readings.
@@ -192,30 +194,9 @@ pub fn in_full(number: f64) -> String {
     if is_short { number.to_string() } else { format!("{number:e}") }
 }
 
-/// A number with four significant digits, and with an exponent where it is very small or large.
-pub fn in_short(number: f64) -> String {
-    let short: f64 = format!("{number:.3e}").parse().unwrap_or(number);
-    let is_short = short == 0.0 || !short.is_finite() || (1e-3..1e6).contains(&short.abs());
-    if is_short { short.to_string() } else { format!("{short:e}") }
-}
-
 /// A number for a sentence, with two significant digits.
 pub(crate) fn sci(number: f64) -> String {
     if number.is_nan() { "not known".into() } else { format!("{number:.1e}") }
-}
-
-/// A measured number for a sentence, with its significant digits, zeros included, and with an
-/// exponent where it is very small or large.
-pub(crate) fn significant(number: f64, digits: usize) -> String {
-    if number.is_nan() {
-        return "not known".into();
-    }
-    let scientific = format!("{number:.*e}", digits.saturating_sub(1));
-    let exponent = scientific.rsplit('e').next().and_then(|e| e.parse::<i32>().ok());
-    match exponent {
-        Some(e @ -3..6) => format!("{number:.*}", (digits as i32 - 1 - e).max(0) as usize),
-        _ => scientific,
-    }
 }
 
 /// A number for a sentence, with the given number of decimals; with two significant digits if these
@@ -259,15 +240,6 @@ mod tests {
             assert_eq!(unknown, (Verdict::Fails, "x is not known".to_owned()));
         }
         assert_eq!(known.again(&Readings::default()).0, Verdict::Fails);
-    }
-
-    #[test]
-    fn significant_digits_do_not_depend_on_units() {
-        let said = [0.13, 1.0, 9.99996, 123456.7, 1e7, 4e-15, -0.002].map(|x| significant(x, 5));
-        let expected =
-            ["0.13000", "1.0000", "10.000", "123457", "1.0000e7", "4.0000e-15", "-0.0020000"];
-        assert_eq!(said, expected);
-        assert_eq!([f64::NAN, f64::INFINITY].map(|x| significant(x, 5)), ["not known", "inf"]);
     }
 
     #[test]

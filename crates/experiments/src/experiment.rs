@@ -25,7 +25,7 @@ mod sweep;
 mod trajectories;
 mod work;
 
-pub use about::stops;
+pub use about::{stops, unswept};
 
 use crate::claim::{Finding, counted};
 use crate::journal::{Afresh, Ledger};
@@ -225,6 +225,7 @@ fn declared(task: Task, scene: &Scene) -> Result<Vec<Boxed<'_>>, ReportError> {
 /// [`ReportError`] if a table cannot be made.
 pub fn pick(scene: &Scene, found: &Pick) -> Result<Results, ReportError> {
     let about = about::beyond_stops(about::sheet(scene)?, scene);
+    let about = about::beside_sweep(about, scene);
     let sheets = vec![pick::sheet(scene, found)?, about];
     finish_as("pick", scene, sheets)
 }

@@ -151,13 +151,14 @@ impl Journal {
             return Err(nothing());
         }
         let lock = lock(&parts, false)?;
-        let scene = kept_scene(&parts)?.ok_or_else(nothing)?;
         let mut header = None;
         for path in files(&parts, "jsonl")? {
             // A command that was refused, or killed at its start, leaves an empty journal.
             header = header.or(Content::read(&path)?.header);
         }
         let header = header.ok_or_else(nothing)?;
+        let scene =
+            kept_scene(&parts)?.ok_or_else(|| JournalError::NoScene { parts: parts.clone() })?;
         let header = Header { scene: scene.hash(), ..header };
         let expected = Header::new(header.task, &header.scene);
         let mut found = Found::default();

@@ -1,6 +1,7 @@
 //! Files of results: tables, figures, the report and the manifest of a run.
 
 mod files;
+mod foreign;
 mod held;
 mod outcome;
 
@@ -13,6 +14,7 @@ use crate::data::{self, DataError, DataFormat};
 use crate::report::Report;
 use afterbay_analysis::rows::RowsFile;
 use files::{write_by, write_whole};
+use foreign::foreign;
 use rayon::prelude::*;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -177,13 +179,17 @@ pub struct Output {
 ///
 /// # Errors
 /// [`StorageError::File`] with the folder or file that cannot be written, and
-/// [`StorageError::Foreign`] with a file of results without a record of afterbay.
+/// [`StorageError::Foreign`] with a file that results could replace, without a record of afterbay.
 pub fn prepare(folder: &Path) -> Result<(), StorageError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |source| StorageError::File { path, source }
     };
-    std::fs::create_dir_all(folder).map_err(failed(folder))?;
+    let made = std::fs::create_dir_all(folder).map_err(|error| match folder.is_file() {
+        true => std::io::Error::new(error.kind(), "it is a file, not a folder"),
+        false => error,
+    });
+    made.map_err(failed(folder))?;
     for below in ["", "data", "figures"] {
         let path = folder.join(below);
         if below.is_empty() || path.symlink_metadata().is_ok() {
@@ -191,22 +197,19 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
             remove_abandoned(&path);
         }
     }
-    let ours = Held::read(folder).is_some();
     for name in ["run.json", "report.html"] {
         let path = folder.join(name);
         if path.is_dir() {
             return Err(failed(&path)(std::io::ErrorKind::IsADirectory.into()));
         }
-        if path.exists() && !ours {
-            return Err(StorageError::Foreign { path });
-        }
     }
-    Ok(())
+    foreign(folder).map_or(Ok(()), |path| Err(StorageError::Foreign { path }))
 }
 
 impl Output {
-    /// Writes all results below `folder`. Each file gets its name only when it is complete; the
-    /// report comes last.
+    /// Writes all results below `folder`. Each file gets its name only when it is complete. The
+    /// record comes first, so that a command that was killed here can be repeated, and the report
+    /// last.
     ///
     /// # Errors
     /// [`StorageError`] with the file that could not be written.
@@ -217,6 +220,7 @@ impl Output {
             let path = folder.join(name);
             write_whole(&path, contents).map_err(|source| StorageError::File { path, source })
         };
+        put("run.json", manifest.as_bytes())?;
         self.artifacts.par_iter().try_for_each(|artifact| {
             if let Some(table) = artifact.name.strip_suffix(".csv") {
                 return self.write_table((table, artifact), files.tables, folder);
@@ -230,7 +234,6 @@ impl Output {
                 picture.png().map_err(|why| StorageError::Picture { path: name.clone(), why });
             put(&name.to_string_lossy(), &png?)
         })?;
-        put("run.json", manifest.as_bytes())?;
         put("report.html", self.report.html(files).as_bytes())?;
         self.remove_others(folder, files)
     }
@@ -279,10 +282,12 @@ pub enum StorageError {
         /// Why.
         source: std::io::Error,
     },
-    /// A file has the name of a result, and there is no record of afterbay beside it.
+    /// A file has the name or the kind of a result, and there is no record of afterbay beside it.
     #[error(
-        "{} is not overwritten, as no run.json beside it says that afterbay wrote it: move it",
-        path.display()
+        "{} is not overwritten, as {}: move it",
+        path.display(),
+        if path.ends_with("run.json") { "it is no record of afterbay" }
+        else { "no run.json beside it says that afterbay wrote it" }
     )]
     Foreign {
         /// The file.

@@ -16,6 +16,7 @@ mod source;
 mod sweep;
 mod system;
 mod task;
+mod texts;
 
 pub use document::Document;
 pub use plan::{
@@ -108,6 +109,7 @@ impl Scene {
         let source = Source::parse(text)?;
         source.check(&schema()).map_err(|error| system::in_friction(&source, error))?;
         let mut document: Document = source.read()?;
+        texts::check(&source, &document)?;
         file::resolve(&source, &mut document, folder)?;
         let time = &document.time;
         let problem = problem_of(&source, &document)?;
@@ -131,6 +133,12 @@ impl Scene {
         let (title, units) = (document.title.clone(), document.units.clone().unwrap_or_default());
         let step = grid.h.to_f64();
         Ok(Self { title, step, problem, run, figures, units, studies, sweep, document, changing })
+    }
+
+    /// Calls a scene without a title by the name of its file.
+    pub fn call_by(&mut self, path: &Path) {
+        let name = path.file_stem().map(|name| texts::as_title(&name.to_string_lossy()));
+        self.title = self.title.take().or(name);
     }
 
     /// Refuses a scene with an event that changes the state: studies and `pick` follow the motion

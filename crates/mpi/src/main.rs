@@ -203,8 +203,7 @@ fn read(path: &Path) -> Result<Scene, Trouble> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut scene =
         Scene::read_in(folder, text).map_err(|error| wrong(error.problem.to_string()))?;
-    let name = path.file_stem().map(|name| name.to_string_lossy().into_owned());
-    scene.title = scene.title.or(name);
+    scene.call_by(path);
     Ok(scene)
 }
 

@@ -97,7 +97,7 @@ fn picks(folder: &Path, command: &str, printed: &[String]) {
     for error in [
         error_between(line, ", error ", " in (q, p)"),
         error_between(line, "in (q, p) and ", " in w on the way"),
-        error_between(line, "), ", " and "),
+        error_between(line.rsplit_once(", ").expect("errors at the end").1, "", " and "),
         error_between(said("Checked"), "err by ", " at most"),
     ] {
         assert!(error >= 0.0 && error <= bound, "{error} in {line}");

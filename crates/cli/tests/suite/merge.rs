@@ -33,6 +33,36 @@ fn parts_of_something_else_are_refused_by_name() {
     assert!(stderr.contains("no parts"), "{stderr}");
 }
 
+/// What is said where a merge cannot begin is about the parts, as a merge has no `--out`.
+#[test]
+fn a_merge_counts_its_cells_and_names_a_missing_scene() {
+    let place = Place::new(AUTONOMOUS);
+    for shard in ["1/2", "2/2"] {
+        place.run("study", "out", &["--shard", shard]);
+    }
+    let mut merge = afterbay(&["merge", "--no-png", "--format", "json"]);
+    let (code, stdout, stderr) = done(merge.arg(place.path("out")));
+    assert_eq!(code, Some(0), "{stderr}");
+    let summary: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    assert!(summary["cells"].as_u64() > Some(1) && summary["reused"] == summary["cells"]);
+
+    let file = place.path("out").join("parts/1-of-2.jsonl");
+    let journal = std::fs::read_to_string(&file).expect("a journal");
+    let other = journal.replacen("\"version\":\"", "\"version\":\"0.0.", 1);
+    std::fs::write(&file, other).expect("it is written");
+    let (_, _, stderr) = place.merge("out");
+    assert!(stderr.contains("anew") && !stderr.contains("--out"), "{stderr}");
+    std::fs::write(&file, journal).expect("it is written");
+
+    let parts = std::fs::read_dir(place.path("out").join("parts")).expect("a folder");
+    let mut paths = parts.map(|entry| entry.expect("an entry").path());
+    let scene = paths.find(|path| path.extension().is_some_and(|end| end == "toml"));
+    std::fs::remove_file(scene.expect("a scene")).expect("it is removed");
+    let (code, _, stderr) = place.merge("out");
+    assert_eq!(code, Some(3), "{stderr}");
+    assert!(stderr.contains("copy of the scene") && stderr.contains("--resume"), "{stderr}");
+}
+
 /// Studies and runs of one folder are joined one after the other.
 #[test]
 fn a_merge_joins_studies_and_runs_of_one_folder() {

@@ -112,3 +112,15 @@ fn a_file_is_overwritten_only_by_force_and_not_without_a_recommendation() {
     let (code, stdout, _) = pick(&scene, &none, "1e-300", &[]);
     assert!(code != Some(0) && !none.exists(), "{stdout}");
 }
+
+#[test]
+fn pick_says_that_it_does_not_follow_a_sweep() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [scene, file] = ["scene.toml", "picked.toml"].map(|name| folder.path().join(name));
+    let sweep = "[sweep]\nvary = { b = [0.1, 0.2], q1 = [1.0, 2.0] }\n";
+    let until = SCENE.find("[figure").expect("figures");
+    std::fs::write(&scene, format!("{}{sweep}", &SCENE[..until])).expect("a scene");
+    let (code, stdout, stderr) = pick(&scene, &file, "1e-2", &[]);
+    assert_eq!(code, Some(0), "{stderr}");
+    assert!(stdout.contains("Sweep: `pick` does not follow the sweep of b and q1"), "{stdout}");
+}

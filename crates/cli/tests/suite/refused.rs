@@ -151,6 +151,8 @@ fn results_go_nowhere_they_do_not_belong_and_that_ends_with_5() {
     let (code, stdout, stderr) = done(afterbay(&["run", "--out"]).arg(&occupied).arg(&scene));
     assert_eq!((code, stdout.as_str()), (Some(5), ""));
     assert!(stderr.contains("could not be written") && stderr.contains("--out DIR"), "{stderr}");
+    let said = squeezed(&stderr);
+    assert!(said.contains("itisafile,notafolder") && !said.contains("oserror"), "{stderr}");
 
     let out = folder.path().join("out");
     let run = |scene: &str, more: &[&str]| {
@@ -180,6 +182,42 @@ fn results_go_nowhere_they_do_not_belong_and_that_ends_with_5() {
     assert_eq!(code, Some(5), "{stderr}");
     assert!(stderr.contains("report.html is not overwritten"), "{stderr}");
     assert_eq!(std::fs::read_to_string(&report).expect("still there"), "of something else");
+
+    let data = folder.path().join("mine/data");
+    std::fs::create_dir_all(&data).expect("a folder");
+    std::fs::write(data.join("trajectory.csv"), "mine").expect("written");
+    let mut command = afterbay(&["run", "--out"]);
+    let (code, _, stderr) = done(command.arg(folder.path().join("mine")).arg(&scene));
+    assert_eq!(code, Some(5), "{stderr}");
+    let kept = std::fs::read_to_string(data.join("trajectory.csv"));
+    assert_eq!(kept.expect("still there"), "mine");
+}
+
+#[test]
+fn control_characters_of_a_scene_do_not_reach_the_terminal() {
+    let text = "[system]\nname = 'duffing'\nparameters = { alpha = 1.0, beta = 1.0, c = 0.1 }\n\
+                [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 1.0\nstep = 0.1\n\
+                [run]\nmethods = [\"\\u001b[31mred\"]\n";
+    for text in [text.to_owned(), format!("# \u{1b}[31m\n{text}")] {
+        let (_folder, path) = written("scene.toml", text.as_bytes());
+        let (code, stderr) = check(&path);
+        assert_eq!(code, Some(3), "{stderr:?}");
+        assert!(!stderr.contains('\u{1b}'), "{stderr:?}");
+    }
+}
+
+#[test]
+fn results_of_a_scene_without_a_name_have_a_folder_of_their_own() {
+    let text = "[system]\nname = 'duffing'\nparameters = { alpha = 1.0, beta = 1.0, c = 0.1 }\n\
+                [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 1.0\nstep = 0.1\n[run]\nmethods = ['rk4']\n";
+    for name in ["...toml", "..toml"] {
+        let (folder, path) = written(name, text.as_bytes());
+        let mut command = afterbay(&["run", "--no-png"]);
+        let (code, _, stderr) = done(command.arg(path).current_dir(folder.path()));
+        assert_eq!(code, Some(0), "{stderr}");
+        assert!(folder.path().join("out").join(name).join("report.html").exists(), "{name}");
+        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 2, "{name}");
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use kuva::render::render::{Primitive, TextAnchor};
 
 use super::frame::{TEXT, text, width};
 use super::line::{CANVAS, Curve, Style};
-use super::look::Look;
+use super::look::{self, Look};
 
 /// The widest legend beside the plot, in pixels.
 const BESIDE: f64 = 250.0;
@@ -71,6 +71,7 @@ impl Legend {
                 Style::Line => vec![line],
                 Style::LineMarkers => vec![line, look.markers(&middle, 4.0)],
                 Style::Dots => vec![look.disc(middle[0], 4.0)],
+                Style::Ring => vec![look::rings(&middle, 7.0)],
             };
             sample.into_iter().chain([text(&curve.label, (x + SAMPLE, y), TextAnchor::Start)])
         })

@@ -27,6 +27,8 @@ pub enum Style {
     LineMarkers,
     /// A dot at each point, and no line.
     Dots,
+    /// A black ring around each point, which has the mark of another curve, and no line.
+    Ring,
 }
 
 /// One curve of a [`LineChart`]. Its label determines colour, dash and marker. A label that begins
@@ -247,6 +249,9 @@ pub(super) fn draw_curve(frame: &mut Frame, look: Look, style: Style, points: &[
     let pixels: Vec<_> = points.iter().map(|&at| frame.pixel(at)).collect();
     if style == Style::Dots {
         return frame.add(dots(look, &pixels));
+    }
+    if style == Style::Ring {
+        return frame.add(look::rings(&pixels, 9.0));
     }
     if pixels.len() > 1 {
         let width = if pixels.len() > 400 { 1.3 } else { 1.9 };

@@ -23,8 +23,9 @@ pub(super) const CATEGORIES: [&str; 10] = [
 pub(super) const GREY: &str = "#6b6b6b";
 
 /// Methods that often share a chart, in the order of the looks. The first seven differ in colour.
-/// All other methods follow in the order of the registry.
-const OFTEN_TOGETHER: [&str; 20] = [
+/// All other methods follow in the order of the registry. Methods in one chart of the paper differ
+/// in colour or in mark.
+const OFTEN_TOGETHER: [&str; 24] = [
     "moddg",
     "leapfrog",
     "rk4",
@@ -41,10 +42,14 @@ const OFTEN_TOGETHER: [&str; 20] = [
     "increment-6",
     "increment-1",
     "relaxed-dop853",
-    "increment-8",
+    "splitting-2",
     "splitting-4",
     "splitting-6",
-    "splitting-2",
+    "increment-8",
+    "moddg-p4-shared",
+    "adaptive-radau",
+    "adaptive-verner87",
+    "adaptive-verner98",
 ];
 
 /// The index of the look of a method; `None` if the label does not begin with the name of a method.
@@ -123,9 +128,7 @@ impl Look {
 
     /// A filled circle.
     pub(super) fn disc(self, (x, y): (f64, f64), r: f64) -> Primitive {
-        let d = 2.0 * r;
-        let circle = format!("M{:.1} {y:.1}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0Z", x - r);
-        area(circle, self.colour())
+        area(circle((x, y), r), self.colour())
     }
 
     /// Hollow squares with an arrow down, which mark upper bounds.
@@ -153,11 +156,7 @@ impl Look {
             format!("{}Z", trace((0..radii.len()).map(point)))
         };
         match self.nth % 6 {
-            0 => format!(
-                "M{:.1} {y:.1}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0Z",
-                x - r,
-                d = 2.0 * r
-            ),
+            0 => circle((x, y), r),
             1 => corners(&[1.25 * r; 4], 0.125),
             2 => corners(&[1.35 * r; 3], 0.0),
             3 => corners(&[1.35 * r; 4], 0.0),
@@ -165,6 +164,17 @@ impl Look {
             _ => corners(&[1.5 * r, 0.65 * r].repeat(5), 0.0),
         }
     }
+}
+
+/// Black rings around `points`, in pixels.
+pub(super) fn rings(points: &[(f64, f64)], r: f64) -> Primitive {
+    path(points.iter().map(|at| circle(*at, r)).collect(), None, "#000000".into(), 2.0, None)
+}
+
+/// A circle as SVG path data.
+fn circle((x, y): (f64, f64), r: f64) -> String {
+    let d = 2.0 * r;
+    format!("M{:.1} {y:.1}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0Z", x - r)
 }
 
 /// The colour of category `nth`.
@@ -257,6 +267,58 @@ mod tests {
         let cubic = |t: f64| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
         let [x, y, z] = of(&XYZ, seen).map(cubic);
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    /// Methods in charts of the paper: curves without marks, which differ in colour, and curves with
+    /// marks.
+    const WITHOUT_MARKS: [&[&str]; 3] = [
+        &["leapfrog", "moddg", "rk4", "moddg-q4-shared"],
+        &["leapfrog", "moddg", "rk4", "moddg-p4-shared"],
+        &["leapfrog", "rk4", "increment-2", "increment-8", "gonzalez"],
+    ];
+    const WITH_MARKS: [&[&str]; 2] = [
+        &[
+            "leapfrog",
+            "moddg",
+            "moddg-q3-shared",
+            "moddg-qp4",
+            "rk4",
+            "increment-4",
+            "increment-8",
+            "adaptive-collocation",
+            "adaptive-dop853",
+            "adaptive-radau",
+            "adaptive-verner87",
+            "adaptive-verner98",
+        ],
+        &[
+            "leapfrog",
+            "rk4",
+            "gonzalez",
+            "increment-1",
+            "increment-2",
+            "increment-4",
+            "increment-6",
+            "increment-8",
+            "adaptive-collocation",
+            "adaptive-dop853",
+            "adaptive-radau",
+            "adaptive-verner87",
+            "adaptive-verner98",
+        ],
+    ];
+
+    #[test]
+    fn methods_in_one_chart_of_the_paper_differ_in_colour_or_mark() {
+        let differ = |methods: &[&str], of: fn(Look) -> (usize, usize)| {
+            let mut seen: Vec<_> =
+                Look::of_labels(methods.iter().copied()).into_iter().map(of).collect();
+            seen.sort_unstable();
+            seen.dedup();
+            assert_eq!(seen.len(), methods.len(), "{methods:?}");
+        };
+        WITHOUT_MARKS.iter().for_each(|methods| differ(methods, |look| (look.nth % 7, 0)));
+        WITH_MARKS.iter().for_each(|methods| differ(methods, |look| (look.nth % 7, look.nth % 6)));
     }
 
     #[test]

@@ -19,14 +19,17 @@ const TITLE: f64 = 34.0;
 /// The largest ratio of the extents of two panels that share a vertical axis.
 const ALIKE: f64 = 100.0;
 
-/// Curves in small charts side by side, which have one legend and the same horizontal axis. They
-/// have the same vertical axis too, unless the curves of one would be a flat line beside another's.
+/// Curves in small charts side by side, which have one legend and the same axes. Each has its own
+/// vertical axis where the curves of one would be a flat line beside another's, and its own
+/// horizontal axis, if that is allowed, where they would be an upright line.
 #[derive(Debug, Clone)]
 pub struct Panels {
     /// A short title above all panels.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
+    /// Whether the panels may have horizontal axes of their own.
+    pub own_x: bool,
     /// The vertical axis.
     pub y: Axis,
     /// The title and the curves of each panel. The curves of all have the labels of the first.
@@ -44,7 +47,8 @@ impl Panels {
             })
             .collect();
         let all = || placed.iter().flatten().flatten();
-        let own_scales = extents_differ(&placed);
+        let own_scales = extents_differ(&placed, |p| p.1);
+        let own_x = self.own_x && extents_differ(&placed, |p| p.0);
         let most = most_points(placed.iter().map(Vec::len).sum());
         let panel = |((title, curves), placed): (&(String, Vec<Curve>), &Vec<Vec<Point>>)| {
             let y_span = if own_scales {
@@ -52,7 +56,12 @@ impl Panels {
             } else {
                 self.y.span(all().map(|p| p.1))
             };
-            let axes = ((&self.x, self.x.span(all().map(|p| p.0))), (&self.y, y_span));
+            let x_span = if own_x {
+                self.x.span(placed.iter().flatten().map(|p| p.0))
+            } else {
+                self.x.span(all().map(|p| p.0))
+            };
+            let axes = ((&self.x, x_span), (&self.y, y_span));
             let mut frame = Frame::new(title, axes.0, axes.1, PANEL, (0.0, 0.0));
             frame.axes(true);
             let looks = Look::of_labels(curves.iter().map(|curve| curve.label.as_str()));
@@ -73,9 +82,15 @@ impl Panels {
         let group = Primitive::GroupStart { transform: Some(at), title: None, extra_attrs: None };
         drawing.elements.push(group);
         drawing.elements.extend(legend.entries((60.0, 0.0), first, &looks));
-        if own_scales {
+        let differ = match (own_x, own_scales) {
+            (true, true) => Some("the scales differ"),
+            (true, false) => Some("the horizontal scales differ"),
+            (false, true) => Some("the vertical scales differ"),
+            (false, false) => None,
+        };
+        if let Some(differ) = differ {
             let at = (drawing.size.0 - 24.0, CANVAS.1 + 0.4 * ROW);
-            drawing.elements.push(note("the vertical scales differ", at, TextAnchor::End));
+            drawing.elements.push(note(differ, at, TextAnchor::End));
         }
         drawing.elements.push(Primitive::GroupEnd);
         drawing.size.1 += legend.below;
@@ -83,9 +98,9 @@ impl Panels {
     }
 }
 
-/// Whether the curves of one panel extend over far more of the vertical axis than those of another.
-fn extents_differ(panels: &[Vec<Vec<Point>>]) -> bool {
-    uneven(panels.iter().map(|curves| extent(curves.iter().flatten().map(|p| p.1))))
+/// Whether the curves of one panel extend over far more of an axis than those of another.
+fn extents_differ(panels: &[Vec<Vec<Point>>], along: fn(&Point) -> f64) -> bool {
+    uneven(panels.iter().map(|curves| extent(curves.iter().flatten().map(along))))
 }
 
 /// Whether a curve would be flat in a plot that shows all of another.
@@ -177,6 +192,7 @@ mod tests {
         let panels = Panels {
             title: "Energy".into(),
             x: Axis::linear("t"),
+            own_x: false,
             y: Axis::linear("energy"),
             panels: vec![panel("rk4", 0.0), panel("moddg", 50.0), panel("leapfrog", 0.0)],
         };
@@ -194,11 +210,30 @@ mod tests {
         let panels = Panels {
             title: "Energy".into(),
             x: Axis::linear("t"),
+            own_x: false,
             y: Axis::linear("energy"),
             panels: vec![("rk4".into(), vec![burst]), ("moddg".into(), vec![curve("H", 0.0)])],
         };
         let svg = panels.draw().svg();
         assert!(svg.contains("the vertical scales differ"));
         assert!(svg.contains(">0.5</text>"), "the panel of moddg reaches from -1 to 1");
+    }
+
+    #[test]
+    fn a_panel_may_have_its_own_horizontal_axis() {
+        let mut burst = curve("path", 0.0);
+        burst.points.iter_mut().for_each(|p| p.0 *= -1e17);
+        let panels = Panels {
+            title: "Phase plane".into(),
+            x: Axis::linear("q1"),
+            own_x: true,
+            y: Axis::linear("p1"),
+            panels: vec![("rk4".into(), vec![burst]), ("moddg".into(), vec![curve("path", 0.0)])],
+        };
+        let svg = panels.draw().svg();
+        assert!(svg.contains(">60</text>"), "the panel of moddg reaches to 99");
+        assert!(svg.contains("the horizontal scales differ"));
+        let shared = Panels { own_x: false, ..panels };
+        assert!(!shared.draw().svg().contains(">60</text>"));
     }
 }

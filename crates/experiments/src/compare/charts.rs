@@ -184,7 +184,7 @@ fn draw(kind: &Kind, title: &str, of: &str, runs: Vec<Pair>) -> (Option<(Drawing
         .into_iter()
         .take(PANELS)
         .map(|(name, [a, b])| (name, vec![curve("A".into(), a), curve("B".into(), b)]));
-    let panels = Panels { title: title.into(), x, y, panels: panels.collect() };
+    let panels = Panels { title: title.into(), x, own_x: false, y, panels: panels.collect() };
     (Some((panels.draw(), true)), left_out)
 }
 

@@ -73,7 +73,9 @@ fn time(t: f64) -> String {
 fn ratio(x: f64) -> String {
     match (x - 1.0, x.abs()) {
         (0.0, _) => "1".into(),
-        (off, _) if off.abs() < 0.05 => format!("1{off:+.1e}"),
+        (off, _) if off.abs() < 0.05 => {
+            format!("1 {} {:.1e}", if off < 0.0 { '-' } else { '+' }, off.abs())
+        }
         (_, 0.1..10.0) => format!("{x:.2}"),
         (_, 10.0..1e4) => format!("{x:.0}"),
         _ => sci(x),
@@ -191,6 +193,9 @@ pub(super) fn largest_distances(r: &Readings) -> Said {
             if size.is_nan() {
                 return format!("{variable} by an unknown amount");
             }
+            if size == 0.0 {
+                return format!("{variable} by 0");
+            }
             format!("{variable} by {} (t = {})", sci(size), time(t))
         });
         format!("{name} at {}, {}", counted(times, "common times"), list(largest))
@@ -209,7 +214,12 @@ pub(super) fn largest_distances(r: &Readings) -> Said {
 
 #[cfg(test)]
 mod tests {
-    use super::counted;
+    use super::{counted, ratio};
+
+    #[test]
+    fn ratios_near_1_read_as_sums() {
+        assert_eq!([0.998, 1.0, 1.002, 0.15].map(ratio), ["1 - 2.0e-3", "1", "1 + 2.0e-3", "0.15"]);
+    }
 
     #[test]
     fn nouns_follow_their_count() {

@@ -87,6 +87,10 @@ fn list(numbers: &[f64]) -> String {
 const STOP: &str = "stop";
 /// The topic of the finding on events.
 const TOPIC: &str = "Events";
+/// That of the finding on a sweep.
+const SWEEP: &str = "Sweep";
+/// What the sweep does with a quantity.
+const VARIED: &str = "varied";
 
 /// The finding that what is measured goes on where an event ends a run; none without such an event.
 pub fn stops(scene: &Scene) -> Option<Finding> {
@@ -99,6 +103,34 @@ pub(super) fn beyond_stops(mut sheet: Sheet, scene: &Scene) -> Sheet {
         sheet.find(TOPIC, readings, they_go_on);
     }
     sheet
+}
+
+/// The finding that `pick` does not follow a sweep; none without a sweep.
+pub fn unswept(scene: &Scene) -> Option<Finding> {
+    of_sweep(scene).map(|readings| Finding::new(SWEEP, readings, it_is_not_followed))
+}
+
+/// Adds the finding of [`unswept`].
+pub(super) fn beside_sweep(mut sheet: Sheet, scene: &Scene) -> Sheet {
+    if let Some(readings) = of_sweep(scene) {
+        sheet.find(SWEEP, readings, it_is_not_followed);
+    }
+    sheet
+}
+
+fn of_sweep(scene: &Scene) -> Option<Readings> {
+    let names = scene.sweep.as_ref()?.names.iter();
+    Some(names.fold(Readings::default(), |r, name| r.and(name, "in the sweep", VARIED)))
+}
+
+fn it_is_not_followed(r: &Readings) -> Said {
+    let all = r.of_all("in the sweep").into_iter();
+    let varied = all.filter(|name| r.word(name, "in the sweep") == VARIED).map(str::to_owned);
+    let statement = format!(
+        "`pick` does not follow the sweep of {}: it takes the values in [system] and [initial].",
+        listed(varied)
+    );
+    (Verdict::Note, statement)
 }
 
 fn of_stops(scene: &Scene) -> Option<Readings> {

@@ -10,8 +10,8 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, spaced};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, Kind};
-use afterbay_analysis::study::bifurcation::{self, Bifurcation, Column, Diagram};
+use afterbay_analysis::study::attractor::{Attractor, Kind, REST};
+use afterbay_analysis::study::bifurcation::{self, Bifurcation, Column, Diagram, Way};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::outcome::Ending;
@@ -20,10 +20,12 @@ use afterbay_analysis::study::outcome::Ending;
 const DATA: &str = "bifurcation";
 /// The word for a value at which the run fails.
 const FAILED: &str = "failed";
-/// The word for a value at which the motion comes to rest.
-const REST: &str = "rest";
 /// The words for a diagram none of whose runs was begun.
 const NOT_REACHED: &str = "nothing computed";
+/// The number of values at which a method is compared with the reference, or of runs, of which there
+/// are two at each value if each run begins where the one before ended.
+const VALUES: &str = "compared";
+const RUNS: &str = "compared runs";
 /// The words that are not the period of a cycle.
 const WITHOUT_PERIOD: [&str; 3] = [GROWING, REST, NOT_REACHED];
 /// The most changes of the period that a sentence names.
@@ -94,6 +96,12 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
 fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
     let exact = found.iter().find(|diagram| diagram.row.name == EXACT);
     let exact = exact.map(|exact| (exact, kinds(exact)));
+    // A motion that still settles has no attractor yet.
+    let settled = |kinds: &[Option<Attractor>]| -> Vec<_> {
+        let settled = |kind: &Option<Attractor>| kind.clone().filter(|x| !x.is_settling());
+        kinds.iter().map(settled).collect()
+    };
+    let exact = exact.map(|(exact, kinds)| (exact, settled(&kinds)));
     let mut readings = Readings::default();
     for diagram in found {
         let (label, own) = (label(diagram.row, diagram.h), kinds(diagram));
@@ -105,6 +113,7 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
         readings.add(&label, "interrupted runs", count(|column| column.ending.is_interrupted()));
         readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
         if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
+            let own = settled(&own);
             // A diagram that was interrupted may lack any of its columns.
             let reached = |column: &Column| !column.ending.is_interrupted();
             let beside = |own: &Column| {
@@ -127,7 +136,7 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
             let known = pairs().filter(|(_, exact)| exact.is_some()).count();
             if known > 0 {
                 let alike = pairs().filter(|&pair| same(pair)).count();
-                readings.add(&label, "compared", known);
+                readings.add(&label, if study.follow { RUNS } else { VALUES }, known);
                 readings.add(&label, "as the reference", alike);
             }
             let others = pairs().filter(|(own, exact)| own.is_some() && exact.is_none()).count();
@@ -155,7 +164,7 @@ fn kinds(diagram: &Diagram) -> Vec<Option<Attractor>> {
 /// The values at which the period changes, in words.
 fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> String {
     let word = |i: usize| match &kinds[i] {
-        Some(_) if diagram.columns[i].rests => REST.into(),
+        Some(found) if found.rests() => REST.into(),
         Some(found) if found.is_settling() => "none yet".into(),
         Some(found) => match found.kind {
             Kind::Period(period) => period.to_string(),
@@ -167,22 +176,31 @@ fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> S
         None if diagram.columns[i].grows() => GROWING.into(),
         None => FAILED.into(),
     };
-    let reached: Vec<usize> =
-        (0..kinds.len()).filter(|&i| !diagram.columns[i].ending.is_interrupted()).collect();
-    let changes = reached.windows(2).filter(|pair| {
+    let way = |i: usize| diagram.columns[i].way;
+    let reached = (0..kinds.len()).filter(|&i| !diagram.columns[i].ending.is_interrupted());
+    // The columns downwards are in the order of the values, too.
+    let (mut downwards, mut reached): (Vec<_>, Vec<_>) =
+        reached.partition(|&i| way(i) == Way::Down);
+    downwards.reverse();
+    reached.append(&mut downwards);
+    let change = |pair: &[usize]| {
         let [before, after] = [pair[0], pair[1]];
-        word(before) != word(after) && diagram.columns[before].way == diagram.columns[after].way
-    });
-    let all: Vec<String> = changes
-        .map(|pair| {
-            let value = significant(diagram.columns[pair[1]].value, 5);
-            format!("{} to {} at {parameter} = {value}", word(pair[0]), word(pair[1]))
-        })
-        .collect();
+        let [from, to] = [before, after].map(word);
+        let value = significant(diagram.columns[after].value, 5);
+        let direction = match way(after) {
+            Way::Afresh => "",
+            Way::Up => " upwards",
+            Way::Down => " downwards",
+        };
+        let is_one = from != to && way(before) == way(after);
+        is_one.then(|| format!("{from} to {to} at {parameter} = {value}{direction}"))
+    };
+    let all: Vec<String> = reached.windows(2).filter_map(change).collect();
     match all.len() {
         0 => reached.first().map_or(NOT_REACHED.into(), |&i| format!("{} throughout", word(i))),
         count if count > MOST_NAMED => {
-            format!("{}, and {} more changes", all[..MOST_NAMED].join(", "), count - MOST_NAMED)
+            let more = counted(count - MOST_NAMED, "more change");
+            format!("{}, and {more}", all[..MOST_NAMED].join(", "))
         }
         _ => all.join(", "),
     }
@@ -203,18 +221,21 @@ fn what_is_seen(r: &Readings) -> Said {
                 changes => format!("period {changes}"),
             }
         } else {
-            let all = number("compared");
+            let (all, at, thing) = match r.known(label, RUNS) {
+                Some(runs) => (runs, "in", "run"),
+                None => (number(VALUES), "at", "value"),
+            };
             // The reference may have none at the other values.
             let known = if all < number("values") { " where it has one" } else { "" };
-            let at = if alike == all && all > 1.0 { "all".into() } else { format!("{alike} of") };
-            let at = format!("{at} {}", counted(all, "value"));
+            let of = if alike == all && all > 1.0 { "all".into() } else { format!("{alike} of") };
+            let at = format!("{at} {of} {}", counted(all, thing));
             let first = significant(number("first other value"), 5);
             let other = if alike == all {
                 String::new()
             } else {
                 format!(", another, or none, first at {first}")
             };
-            format!("the attractor of the reference at {at}{known}{other}")
+            format!("the attractor of the reference {at}{known}{other}")
         };
         let mut end = Vec::new();
         if number("others") > 0.0 {

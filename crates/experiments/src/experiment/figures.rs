@@ -151,7 +151,7 @@ fn draw_curves(
         Vec::new()
     };
     if (1..=PANELS).contains(&panels.len()) {
-        let panels = Panels { title, x: x_axis, y: y_axis, panels };
+        let panels = Panels { title, x: x_axis, own_x: !over_time, y: y_axis, panels };
         return Drawn { drawing: panels.draw(), caption: caption + ".", wide: true };
     }
     let chart = LineChart::new(title, x_axis, y_axis, overlaid);

@@ -143,7 +143,7 @@ fn bifurcations(cycles: &Cycles, parameter: &str) -> String {
                 Event::PeriodDoubling => "period doubling",
                 Event::NeimarkSacker => "torus",
             };
-            format!("{name} at {parameter} = {value:.6}")
+            format!("{name} at {parameter} = {}", significant(value, 7))
         })
         .collect();
     let more = all.len().saturating_sub(MOST_NAMED);

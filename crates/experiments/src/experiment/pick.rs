@@ -1,11 +1,12 @@
 //! The result of `pick` with the charts of its runs.
 
-use crate::chart::{Axis, Curve, LineChart};
+use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::claim::{Readings, Said, sci};
 use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
 use crate::scene::Scene;
-use crate::sheet::{ReportError, Sheet, line, marked, scientific};
+use crate::sheet::{ReportError, Sheet, line, measured, of_errors, scientific};
+use afterbay_analysis::Measured;
 use afterbay_analysis::study::outcome::Ending;
 use afterbay_analysis::study::pick::{Candidate, Pick, SAMPLES, Trial};
 use serde::Serialize;
@@ -13,6 +14,8 @@ use serde::Serialize;
 /// The tables from which the charts are made.
 const TRIED: &str = "pick_tried";
 const FOUND: &str = "pick";
+/// The label of the ring around the run that is chosen.
+const CHOSEN: &str = "chosen";
 
 /// A row of `pick.csv`.
 #[derive(Serialize)]
@@ -26,6 +29,8 @@ struct Row<'a> {
     end_w: Option<f64>,
     doubt_qp: f64,
     doubt_w: f64,
+    end_doubt_qp: f64,
+    end_doubt_w: f64,
     k_drift: f64,
     passivity_violations: Option<u64>,
     seconds: Option<f64>,
@@ -46,6 +51,8 @@ fn row(candidate: &Candidate) -> Row<'_> {
         end_w: run.end_w,
         doubt_qp: run.doubt_qp,
         doubt_w: run.doubt_w,
+        end_doubt_qp: run.end_doubt_qp,
+        end_doubt_w: run.end_doubt_w,
         k_drift: run.k_drift,
         passivity_violations: run.passivity_violations,
         seconds: run.seconds,
@@ -55,11 +62,10 @@ fn row(candidate: &Candidate) -> Row<'_> {
     }
 }
 
-/// The error by which a trial is judged.
-fn judged(found: &Pick, run: &Trial) -> Option<f64> {
-    let [qp, w] =
-        if found.wanted.at_end { [run.end_qp, run.end_w] } else { [run.error_qp, run.error_w] };
-    Some(qp?.max(w?))
+/// The error by which a trial is judged: the larger of both, with the larger doubt.
+fn judged(found: &Pick, run: &Trial) -> Option<Measured> {
+    let [qp, w] = if found.wanted.at_end { run.at_end()? } else { [run.qp()?, run.w()?] };
+    Some(qp.larger(w))
 }
 
 pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
@@ -112,13 +118,14 @@ const HEADER: [&str; 8] = [
 
 fn cells(candidate: &Candidate) -> Vec<String> {
     let run = &candidate.run;
+    let [end_qp, end_w] = run.at_end().map_or([None; 2], |end| end.map(Some));
     vec![
         run.method.into(),
         run.setting(),
-        scientific(run.error_qp),
-        scientific(run.error_w),
-        scientific(run.end_qp),
-        scientific(run.end_w),
+        measured(run.qp()),
+        measured(run.w()),
+        measured(end_qp),
+        measured(end_w),
         scientific(run.seconds),
         candidate.why_not.clone().unwrap_or_default(),
     ]
@@ -146,7 +153,7 @@ fn charts(sheet: &mut Sheet, found: &Pick, place: &str) {
     let chosen = found.qualified.first().map(|winner| &winner.run);
     let at = |run: &Trial| Some((run.evaluations? as f64, judged(found, run)?));
     let mut curves = tried(found, at);
-    curves.extend(chosen.and_then(at).map(|point| marked("chosen", vec![point])));
+    curves.extend(chosen.and_then(at).map(ring));
     if curves.is_empty() {
         return;
     }
@@ -161,34 +168,119 @@ fn charts(sheet: &mut Sheet, found: &Pick, place: &str) {
     sheet.show("pick-tried", &all, caption, TRIED);
     let timed = |run: &Trial| Some((run.seconds?, judged(found, run)?));
     if let Some(point) = chosen.and_then(timed) {
-        let curve = |run: &Trial| Some(marked(run.method, vec![timed(run)?]));
+        let curve = |run: &Trial| Some(of_runs(run.method, vec![timed(run)?]));
         let qualified = found.qualified.iter().filter_map(|one| curve(&one.run));
-        let curves = qualified.chain([marked("chosen", vec![point])]).collect();
+        let curves = qualified.chain([ring(point)]).collect();
         let caption = "The methods that qualify, by the time of a run. The leftmost is chosen.";
         let qualified = chart("What qualifies", "seconds", curves);
         sheet.show("pick-qualified", &qualified, caption, FOUND);
     }
 }
 
+/// The runs of one method: their costs and errors.
+fn of_runs(method: &str, runs: Vec<(f64, Measured)>) -> Curve {
+    of_errors(method, Style::LineMarkers, runs.into_iter())
+}
+
+/// The ring around the run that is chosen, at its error or at the bound of it.
+fn ring((cost, error): (f64, Measured)) -> Curve {
+    let shown = if error.is_resolved() { error.error } else { error.bound() };
+    Curve { label: CHOSEN.into(), points: vec![(cost, shown)], bounds: vec![], style: Style::Ring }
+}
+
 /// A curve of the runs that were tried with each method.
-fn tried(found: &Pick, at: impl Fn(&Trial) -> Option<(f64, f64)>) -> Vec<Curve> {
+fn tried(found: &Pick, at: impl Fn(&Trial) -> Option<(f64, Measured)>) -> Vec<Curve> {
     let mut methods: Vec<&str> = found.tried.iter().map(|run| run.method).collect();
     methods.dedup();
     let curve = |method: &str| {
         let runs = found.tried.iter().filter(|run| run.method == method);
         let mut points: Vec<_> = runs.filter_map(&at).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        marked(method, points)
+        of_runs(method, points)
     };
-    methods.into_iter().map(curve).filter(|curve| !curve.points.is_empty()).collect()
+    let is_seen = |curve: &Curve| !curve.points.is_empty() || !curve.bounds.is_empty();
+    methods.into_iter().map(curve).filter(is_seen).collect()
 }
 
 /// The curves, and a line at the bound over the range of their points.
 fn with_bound(bound: f64, mut curves: Vec<Curve>) -> Vec<Curve> {
-    let xs = curves.iter().flat_map(|curve| &curve.points).map(|point| point.0);
+    let points = curves.iter().flat_map(|curve| curve.points.iter().chain(&curve.bounds));
+    let xs = points.map(|point| point.0);
     let (low, high) = xs.fold((f64::INFINITY, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
     if low <= high {
         curves.push(line(&format!("the bound {bound:e}"), vec![(low, bound), (high, bound)]));
     }
     curves
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterbay_analysis::study::pick::Wanted;
+
+    const SCENE: &str = r#"
+[system]
+name = "damped-oscillator"
+parameters = { k = 1.0, b = 0.1 }
+[initial]
+q = [1.0]
+p = [0.0]
+[time]
+end = 2.0
+step = 0.5
+"#;
+
+    fn candidate(method: &'static str, error: f64, seconds: f64) -> Candidate {
+        let run = Trial {
+            method,
+            h: 0.5,
+            tolerance: None,
+            outcome: "completed",
+            error_qp: Some(error),
+            error_w: Some(error),
+            worst_t: 1.0,
+            end_qp: Some(error),
+            end_w: Some(error),
+            doubt_qp: 1e-15,
+            doubt_w: 1e-15,
+            end_doubt_qp: 1e-15,
+            end_doubt_w: 1e-15,
+            samples: 4,
+            k_drift: 0.0,
+            passivity_violations: Some(0),
+            seconds: Some(seconds),
+            steps: 4,
+            evaluations: Some(4),
+            iterations: Some(0),
+            failure: None,
+            decisive: error + 1e-15,
+        };
+        Candidate { run, why_not: None, checked: None, times: None }
+    }
+
+    #[test]
+    fn a_chosen_run_without_an_error_is_in_the_charts() {
+        let wanted = Wanted { error: 1e-6, at_end: false, keep_k: false, passive: false };
+        let qualified = vec![candidate("linear-exact", 0.0, 1e-7), candidate("rk4", 1e-8, 1e-6)];
+        let found = Pick {
+            wanted,
+            tried: qualified.iter().map(|one| one.run.clone()).collect(),
+            qualified,
+            others: Vec::new(),
+            ties: 0,
+            check: None,
+            doubt: afterbay_analysis::Doubt { qp: 1e-15, w: 1e-15 },
+            too_sensitive: None,
+            interrupted: false,
+            is_passive: true,
+        };
+        let sheet = sheet(&Scene::read(SCENE).expect("a scene"), &found).expect("a sheet");
+        for name in ["pick-tried", "pick-qualified"] {
+            let name = format!("figures/{name}.svg");
+            let svg = &sheet.artifacts.iter().find(|x| x.name == name).expect("a chart").text;
+            assert!(svg.contains("hollow with an arrow"), "{name}: a bound");
+            assert!(!svg.contains("are not shown"), "{name}: all points are shown");
+            assert_eq!(svg.matches(r#"stroke-width="2""#).count(), 2, "{name}: rings");
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use super::declared::{Boxed, section};
 use super::reference::{EXACT, States, label, of_reference, show_states};
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, list, note};
+use crate::claim::{Readings, Said, list, note, significant};
 use crate::findings::{all_completed, all_zero, ended};
 use crate::record::RunOutcome;
 use crate::scene::Scene;
@@ -101,12 +101,19 @@ fn readings(found: &[Portrait]) -> Readings {
 }
 
 /// Compares attractors with those of the reference, start by start. Starts whose reference has no
-/// attractor are left out.
+/// attractor are left out, and those from which only one of the two motions is still settling, or
+/// only one of two in the same place counts as rest.
 fn compare(
     readings: &mut Readings,
     label: &str,
     pairs: &[(&Option<Attractor>, &Option<Attractor>)],
 ) {
+    let comparable = |pair: &&(&Option<Attractor>, &Option<Attractor>)| {
+        let (Some(own), Some(exact)) = pair else { return true };
+        let alike = own.rests() == exact.rests() || !exact.is_like(own);
+        alike && own.is_settling() == exact.is_settling()
+    };
+    let pairs: Vec<_> = pairs.iter().filter(comparable).collect();
     let pairs = || pairs.iter().filter_map(|(own, exact)| Some((*own, exact.as_ref()?)));
     let starts = pairs().count();
     if starts > 0 {
@@ -135,7 +142,7 @@ fn cells(portrait: &Portrait, readings: &Readings) -> Vec<String> {
 
 fn title(study: &Poincare, model: &Model) -> String {
     match study.section.interval(model) {
-        Some(interval) => format!("States once every {interval:.4}"),
+        Some(interval) => format!("States once every {}", significant(interval, 5)),
         None => format!("States {}", study.section.describe(model)),
     }
 }

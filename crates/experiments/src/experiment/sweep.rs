@@ -306,7 +306,9 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
             continue;
         }
         let all = || curves.values().flatten();
-        let (x, y) = (axis(name, all().map(|x| x.0)), axis(what, all().map(|x| x.1)));
+        let is_order = topic.contains(" orders of ");
+        let label = if is_order { format!("order of {what}") } else { what.to_owned() };
+        let (x, y) = (axis(name, all().map(|x| x.0)), axis(&label, all().map(|x| x.1)));
         let curves = curves
             .iter()
             .map(|(of, points)| {
@@ -353,8 +355,9 @@ fn say(sheet: &mut Sheet, [points, done]: [usize; 2], warnings: &Warnings) {
 
 fn how_many_completed(r: &Readings) -> Said {
     let (points, done) = (r.number("sweep", "points"), r.number("sweep", "done"));
-    let all: f64 = r.numbers("runs").into_iter().map(|x| x.1).sum();
-    let completed: f64 = r.numbers("completed").into_iter().map(|x| x.1).sum();
+    // The sum of no numbers would be -0.
+    let sum = |what: &str| r.numbers(what).into_iter().fold(0.0, |sum, x| sum + x.1);
+    let (all, completed) = (sum("runs"), sum("completed"));
     let open = r.numbers("runs").into_iter().filter_map(|(of, runs)| {
         let open = runs - r.number(of, "completed");
         (open != 0.0).then(|| format!("{of} {open}"))
@@ -367,4 +370,16 @@ fn how_many_completed(r: &Readings) -> Said {
     let (all_hold, warnings) = warnings::say(r);
     let whole = open.is_empty() && done == points && all_hold;
     (note(whole), format!("{statement}.{warnings}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Readings, how_many_completed};
+
+    #[test]
+    fn no_runs_are_0_runs() {
+        let readings = Readings::default().and("sweep", "points", 2.0).and("sweep", "done", 2.0);
+        let said = how_many_completed(&readings).1;
+        assert!(said.starts_with("2 of 2 points; 0 of 0 runs completed"), "{said}");
+    }
 }

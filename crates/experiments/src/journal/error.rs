@@ -58,6 +58,12 @@ pub enum JournalError {
         /// The folder.
         folder: PathBuf,
     },
+    /// The copy of the scene beside the journals is missing.
+    #[error("{} has no copy of the scene: its file NAME.toml is missing", parts.display())]
+    NoScene {
+        /// The folder of the journals.
+        parts: PathBuf,
+    },
     /// The scene of a journal cannot be read.
     #[error("the scene {} is not valid: {why}", path.display())]
     Scene {

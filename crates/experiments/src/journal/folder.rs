@@ -65,8 +65,7 @@ pub(super) fn kept_scene(parts: &Path) -> Result<Option<Scene>, JournalError> {
         path: path.clone(),
         why: error.problem.to_string(),
     })?;
-    let name = path.file_stem().map(|name| name.to_string_lossy().into_owned());
-    scene.title = scene.title.or(name);
+    scene.call_by(&path);
     Ok(Some(scene))
 }
 

@@ -77,11 +77,11 @@ mod tests {
         file(".afterbay-Ab4nDo", old);
         file(".afterbay-notes.md", old);
         file(".afterbay-AnOthr", std::time::SystemTime::now());
-        file("energy.csv", old);
+        file("notes.txt", old);
         prepare(root.path()).unwrap();
         let left = std::fs::read_dir(&data).unwrap().map(|entry| entry.unwrap().file_name());
         let mut left: Vec<_> = left.collect();
         left.sort();
-        assert_eq!(left, [".afterbay-AnOthr", ".afterbay-notes.md", "energy.csv"]);
+        assert_eq!(left, [".afterbay-AnOthr", ".afterbay-notes.md", "notes.txt"]);
     }
 }

@@ -17,6 +17,7 @@ use super::source::Source;
 use afterbay_analysis::study::{Problem, trajectory};
 use afterbay_core::{InputError, Tolerance};
 use afterbay_methods::registry;
+use budget::FEWER_STATES;
 use methods::Methods;
 
 /// Checks the tables of a scene and makes plans of them.
@@ -57,6 +58,15 @@ impl Planner<'_> {
         result.or_else(|error| self.refuse(path, error))
     }
 
+    /// Refuses a tolerance that no run can meet, or that every run meets.
+    fn tolerance(&self, path: &str, value: f64) -> Planned<()> {
+        self.within(path, Tolerance::all(value).check::<f64>())?;
+        if value < 1.0 {
+            return Ok(());
+        }
+        self.refuse(path, SceneProblem::Range { name: "tolerance", value, range: "less than 1" })
+    }
+
     /// The plans of [run] and of the studies.
     pub(super) fn plans(&self) -> Planned<Plans> {
         let (run, studies) = (self.run()?, self.studies()?);
@@ -83,9 +93,9 @@ impl Planner<'_> {
         self.steps_fit("time.step", self.steps as f64 * methods.len() as f64)?;
         let columns = trajectory::columns(&self.problem.model).len();
         let count = methods.len() + adaptive.len();
-        self.states_fit("run.every", self.steps / every, count * columns)?;
+        self.states_fit("run.every", (self.steps / every, count * columns), FEWER_STATES)?;
         if let Some(tolerance) = table.tolerance {
-            self.within("run.tolerance", Tolerance::all(tolerance).check::<f64>())?;
+            self.tolerance("run.tolerance", tolerance)?;
         }
         let (tolerance, events) = (table.tolerance, self.events()?);
         let sample = self.sample(table, count * columns, !events.is_empty())?;
@@ -106,7 +116,8 @@ impl Planner<'_> {
             let (name, range) = ("sample", "positive, and at most the end of time");
             return self.refuse(path, SceneProblem::Range { name, value: spacing, range });
         }
-        self.states_fit(path, trajectory::samples(self.problem.end, spacing), columns)?;
+        let rows = trajectory::samples(self.problem.end, spacing);
+        self.states_fit(path, (rows, columns), "take a larger `sample`")?;
         Ok(Some(spacing))
     }
 

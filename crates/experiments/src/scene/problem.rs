@@ -116,6 +116,9 @@ pub enum SceneProblem {
         /// The name.
         name: String,
     },
+    /// A title or a unit with a control character.
+    #[error("a title or a unit has no control characters")]
+    ControlCharacter,
     /// A list without entries.
     #[error("the list is empty: give one {what} at least")]
     Empty {

@@ -63,6 +63,9 @@ fn a_coordinate_has_a_period_only_if_the_drive_has_it() {
         ("-cos(3*q1)", &["cos(t + q1) + cos(q1/2)"], &[Some(4.0 * PI)]),
         ("-cos(q1)", &["cos(t) + 0.01*q1"], &[None]),
         ("-cos(q1)", &["cos(t) + 1e-9*q1"], &[None]),
+        // Small forces, as in SI units.
+        ("-cos(q1)", &["1e-12*(cos(t) + 0.01*q1)"], &[None]),
+        ("-cos(q1)", &["1e-12*cos(t - q1)"], &[turn]),
         ("-cos(q1)", &["cos(t + q1*sqrt(2))"], &[None]),
         ("-cos(q1)", &["t*exp(-q1^2)"], &[None]),
         ("-cos(q1) - cos(q2)", &["cos(t)", "0"], &[turn, turn]),

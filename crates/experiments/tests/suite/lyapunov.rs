@@ -363,3 +363,29 @@ fn the_sum_is_the_divergence_with_several_degrees_of_freedom() {
         assert!((sum - log_det).abs() < 1e-11, "{sum:?} {log_det:?}");
     }
 }
+
+/// Sizes of q and p that are 60 powers of 2 apart, as those of planets in SI units, have the same
+/// exponents as sizes of 1.
+#[test]
+fn exponents_do_not_depend_on_units() {
+    let found = |[q, p]: [f64; 2]| {
+        let (mass, force) = (p / q, p);
+        let system = format!(
+            "name = \"custom\"\npotential = \"f*l*((q1/l)^4/4 - (q1/l)^2/2)\"\nmass = [{mass:e}]\n\
+             dissipation = [\"c*v1\"]\nparameters = {{ f = {force:e}, l = {q:e}, c = {:e} }}",
+            0.25 * mass
+        );
+        let drive = format!("[drive]\nforce = [\"{:e}*cos(t)\"]", 0.4 * force);
+        let problem = problem(&system, &drive, [q, 0.0]);
+        let study = Lyapunov { problem, transient: 10.0, time: 60.0, rows: 6 };
+        study.run(row("rk4"), 0.1, &Silent).unwrap()
+    };
+    let natural = last(&found([1.0; 2]));
+    let si = found([2.0_f64.powi(37), 2.0_f64.powi(97)]);
+    assert!(si.ending.is_completed(), "{}", si.ending.describe());
+    let si = last(&si);
+    for (a, b) in natural.0.iter().zip(&si.0) {
+        assert!((a - b).abs() < 1e-9, "{:?} {:?}", natural.0, si.0);
+    }
+    assert!((si.1 - natural.1).abs() < 1e-9 && (si.2 - natural.2).abs() < 1e-9, "{si:?}");
+}

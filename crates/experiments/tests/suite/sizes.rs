@@ -4,7 +4,7 @@
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::attractor::Kind;
-use afterbay_analysis::study::basins::{Axis, Basins};
+use afterbay_analysis::study::basins::{Axis, Basins, Known};
 use afterbay_analysis::study::bifurcation::{Bifurcation, Column};
 use afterbay_analysis::study::limit_cycle::{Branch, Cycle, LimitCycle};
 use afterbay_analysis::study::poincare::Poincare;
@@ -112,6 +112,26 @@ fn basins_are_the_same_in_all_units() {
         for view in VIEWS {
             assert_eq!(found(force, view), exact, "{force} {view:?}");
         }
+    }
+}
+
+/// Where attractors lie is told to a thousandth of the grid, in any unit.
+#[test]
+fn basins_name_their_attractors_in_all_units() {
+    for (s, at) in [(1.0, "1"), (1e-9, "1e-9")] {
+        let values = |unit: f64| [-1.5, -0.7, 0.7, 1.5].map(|x| x * unit).to_vec();
+        let axis = |variable, unit| Axis { variable, dof: 1, values: values(unit) };
+        let study = Basins {
+            problem: wells("", [s, 0.0]),
+            section: Section::Stroboscopic { interval: Some(1.0) },
+            axes: [axis(Variable::Q, s), axis(Variable::P, 0.1 / s)],
+            longest: 400,
+        };
+        let map = study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap();
+        let mut said: Vec<_> = map.attractors.iter().map(Known::describe).collect();
+        said.sort();
+        let exact = [format!("rest, (0, -{at}, 0, 0)"), format!("rest, (0, {at}, 0, 0)")];
+        assert_eq!(said, exact, "{s}");
     }
 }
 

@@ -18,8 +18,8 @@ pub struct DriveTable {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Expression>,
     /// A period of the forces in t, a number or an expression in the parameters such as
-    /// "2*pi/omega". It is found if t occurs only in sines and cosines whose frequencies are
-    /// multiples of one, the lowest at most 12 times it.
+    /// "2*pi/omega". It is found if t occurs only in sines, cosines and remainders (`mod`)
+    /// whose frequencies are multiples of one, the lowest at most 12 times it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period: Option<Expression>,
 }

@@ -101,8 +101,8 @@ pub struct WorkPrecisionTable {
     pub steps: Option<Spread>,
     /// Relative and absolute tolerances of q, p and w for the methods that choose their steps. If
     /// none of them is named, all of them run with each tolerance.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub tolerances: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerances: Option<Vec<f64>>,
 }
 
 /// A map over steps and a parameter.

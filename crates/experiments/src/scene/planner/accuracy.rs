@@ -8,7 +8,7 @@ use crate::scene::document::Spread;
 use crate::scene::plan::{EnergyPlan, LocalOrderPlan, LongRunPlan, StepsPlan, WorkPrecisionPlan};
 use crate::scene::problem::SceneProblem;
 use afterbay_analysis::study::local_order::LocalOrder;
-use afterbay_core::{Grid, InputError, Tolerance};
+use afterbay_core::{Grid, InputError};
 use afterbay_methods::registry::{ADAPTIVE, Row};
 
 impl Planner<'_> {
@@ -69,7 +69,11 @@ impl Planner<'_> {
         let path = "study.work-precision";
         let (at, names) = self.names(path, table.methods.as_ref())?;
         let Methods { fixed, mut adaptive } = self.methods(&at, names)?;
-        if table.tolerances.is_empty() {
+        if table.tolerances.as_ref().is_some_and(Vec::is_empty) {
+            let path = format!("{path}.tolerances");
+            return self.refuse(&path, SceneProblem::Empty { what: "tolerance" });
+        }
+        if table.tolerances.is_none() {
             if table.methods.is_some() {
                 self.none_adaptive(&at, names, &adaptive)?;
             }
@@ -85,10 +89,14 @@ impl Planner<'_> {
             None if fixed.is_empty() => StepsPlan { methods: fixed, steps: Vec::new() },
             None => return self.refuse(path, SceneProblem::Missing { key: "steps".into() }),
         };
-        let (tolerances, path) = (table.tolerances.clone(), format!("{path}.tolerances"));
+        let (tolerances, path) =
+            (table.tolerances.clone().unwrap_or_default(), format!("{path}.tolerances"));
         let size = (tolerances.len() as f64, MOST_TOLERANCES);
         self.budget(&path, "the number of tolerances", size, "give fewer of them")?;
-        self.list(&path, &tolerances, |tolerance| Tolerance::all(tolerance).check::<f64>())?;
+        for (i, &tolerance) in tolerances.iter().enumerate() {
+            self.tolerance(&format!("{path}.{i}"), tolerance)?;
+        }
+        self.list(&path, &tolerances, |_| Ok(()))?;
         Ok(Some(WorkPrecisionPlan { methods, adaptive, steps, tolerances }))
     }
 

@@ -17,6 +17,8 @@ const KEPT: u64 = 10_000;
 pub(super) const MOST_CELLS: f64 = 1e6;
 /// The most tolerances. Each is a run of an unknown number of steps.
 pub(super) const MOST_TOLERANCES: f64 = 1000.0;
+/// The advice where the states of steps take too many bytes.
+pub(super) const FEWER_STATES: &str = "keep fewer states with `every`, or take larger steps";
 
 impl Planner<'_> {
     /// Refuses a size beyond its limit.
@@ -57,22 +59,28 @@ impl Planner<'_> {
 
     /// Refuses a table of too many bytes.
     pub(super) fn table_fits(&self, path: &str, rows: u64, numbers: usize) -> Planned<()> {
-        self.output(path, (rows, numbers), MOST_OUTPUT)
+        self.output(path, (rows, numbers), MOST_OUTPUT, FEWER_STATES)
     }
 
     /// Refuses a run whose states take too many bytes.
-    pub(super) fn states_fit(&self, path: &str, rows: u64, numbers: usize) -> Planned<()> {
+    pub(super) fn states_fit(
+        &self,
+        path: &str,
+        size: (u64, usize),
+        change: &'static str,
+    ) -> Planned<()> {
         let limit = if self.points > 1 { MOST_OUTPUT } else { MOST_WRITTEN };
-        self.output(path, (rows, numbers), limit)
+        self.output(path, size, limit, change)
     }
 
-    fn output(&self, path: &str, (rows, numbers): (u64, usize), limit: f64) -> Planned<()> {
+    fn output(
+        &self,
+        path: &str,
+        (rows, numbers): (u64, usize),
+        limit: f64,
+        change: &'static str,
+    ) -> Planned<()> {
         let size = (rows as f64 + 1.0) * numbers as f64 * BYTES * self.points as f64;
-        self.budget(
-            path,
-            "the output in bytes",
-            (size, limit),
-            "keep fewer states with `every`, or take larger steps",
-        )
+        self.budget(path, "the output in bytes", (size, limit), change)
     }
 }

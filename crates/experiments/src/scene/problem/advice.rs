@@ -59,6 +59,7 @@ impl SceneProblem {
             Self::Adaptive { .. } => {
                 "give `tolerance` in [run], or `tolerances` in [study.work-precision]"
             }
+            Self::ControlCharacter => "leave out escapes such as \\u0000, \\n and \\t",
             Self::FileName { .. } => "a name has letters, digits, `-` and `_`, at most 100 of them",
             Self::Quoted { .. } => "write the number without quotation marks",
             Self::LargeWhole { .. } => {
@@ -80,8 +81,8 @@ impl SceneProblem {
             }
             Self::NoCount => "write q = { count = 8, value = .. } in [initial], or a list",
             Self::NoPeriod => {
-                "t shows a period where it occurs only in sines and cosines whose frequencies are \
-                 multiples of one, the lowest at most 12 times it; that of forces may be given, as \
+                "t shows a period where it occurs only in sines, cosines and remainders (`mod`) \
+                 whose frequencies are multiples of one, the lowest at most 12 times it; that of forces may be given, as \
                  period = \"2*pi/omega\" in [drive]. A constant force f belongs in the potential, \
                  as -f*q1. [study.poincare] and [study.bifurcation] also take a section such as \
                  section = { of = \"q1\", direction = \"rising\" }"
@@ -202,6 +203,7 @@ fn applying(others: &[&str]) -> String {
 pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
     match nearest(name, known) {
         Some(nearest) => format!("did you mean {nearest}?"),
+        None if known.is_empty() => "there are none".into(),
         None => {
             let mut all = String::from(before);
             for (i, name) in known.iter().enumerate() {

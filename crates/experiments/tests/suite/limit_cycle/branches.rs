@@ -138,3 +138,24 @@ fn a_cycle_that_loses_its_symmetry_is_a_branching() {
     let cycle = found.events(Event::Branching).next().unwrap();
     close("multiplier", cycle.multipliers[0][0], 1.0, 1e-6);
 }
+
+/// Two equal hardening oscillators, one of them driven: motions that whirl end at a motion in one
+/// plane, which another branch passes. The branch goes over to the mirror image there, and the
+/// whirl does not dissolve in roundings.
+#[test]
+fn a_branch_meets_a_pitchfork_once() {
+    let text = "[system]\nname = \"custom\"\ndissipation = \"0.1*v[i]\"\n\
+                potential = \"(q1^2+q2^2)/2 + (q1^2+q2^2)^2/4\"\n[drive]\n\
+                force = [\"0.3*cos(w*t)\", \"0\"]\nparameters = { w = 1.38 }\n[initial]\n\
+                q = [0.277, 1.0]\np = [1.5, 0.0]\n[time]\nend = 1.0\nstep = 0.2\n";
+    let problem = Scene::read(text).unwrap_or_else(|error| panic!("{error}")).problem;
+    let study = branch(study(problem, 200.0), "w", [1.38, 1.9], 0);
+    let found = study.run(row("rk4"), 0.2, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?}", found.ending);
+    let events = found.points.iter().filter_map(|point| Some((point.event?, &point.cycle)));
+    let near = |cycle: &Cycle| (cycle.value.unwrap() - 1.7665).abs() < 1e-3;
+    let events: Vec<_> = events.filter(|(_, cycle)| near(cycle)).collect();
+    assert_eq!(events.len(), 1, "{events:?}");
+    assert_eq!(events[0].0, Event::Branching);
+    assert!(events[0].1.amplitude[1] < 1e-4 * events[0].1.amplitude[0], "{events:?}");
+}

@@ -20,6 +20,27 @@ y = "q1"
 pub(super) const CHANGES: &[Change] = &[
     (
         "count = 1000",
+        "count = 1000\n[figure.a]\ny = \"q1\"\ntitle = \"a\\u0000\"",
+        "title = \"a\\u0000\"",
+        "a title or a unit has no control characters",
+        "leave out escapes",
+    ),
+    (
+        "count = 1000",
+        "count = 1000\n[units]\nq = \"m\\u001b\"",
+        "q = \"m\\u001b\"",
+        "a title or a unit has no control characters",
+        "leave out escapes",
+    ),
+    (
+        "[system]",
+        "title = \"\\uffff\"\n[system]",
+        "title = \"\\uffff\"",
+        "a title or a unit has no control characters",
+        "leave out escapes",
+    ),
+    (
+        "count = 1000",
         "count = 1000\n[figure.a]\ny = \"q7\"",
         "y = \"q7\"",
         "there is no quantity q7",

@@ -214,6 +214,16 @@ pub(super) const CHANGES: &[Change] = &[
     ("every = 10\n", "every = 0\n", "every = 0", "every = 0 must be a whole number from 1", ""),
     ("every = 10\n", "tolerance = 0\n", "tolerance = 0", "must be finite and at least", ""),
     ("every = 10\n", "tolerance = -1e-6\n", "tolerance = -1e-6", "must be finite and at least", ""),
+    ("every = 10\n", "tolerance = 1.5\n", "tolerance = 1.5", "must be less than 1", ""),
+    (
+        "every = 10\n",
+        "sample = 1e-12\n",
+        "sample = 1e-12",
+        "the output in bytes",
+        "a larger `sample`",
+    ),
+    ("[\"leapfrog\"]", "[\"leapfrog\"]\ntolerances = []", "tolerances = []", "one tolerance", ""),
+    ("[\"leapfrog\"]", "[\"leapfrog\"]\ntolerances = [1e-6, 1]", "1", "must be less than 1", ""),
     ("every = 10\n", "tolerance = 1e-30\n", "tolerance = 1e-30", "must be finite and at least", ""),
     (
         "every = 10\n",
