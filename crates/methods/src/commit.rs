@@ -22,8 +22,8 @@ pub(crate) fn commit<V: Vector>(
     Ok(())
 }
 
-/// Reports which of q, p and w is not finite. It takes copies, so that those of a loop can stay in
-/// registers.
+/// Reports which of q, p and w is not finite. It takes copies, so that the vectors of a loop can
+/// stay in registers.
 #[cold]
 #[inline(never)]
 pub(crate) fn not_finite<V: Vector>([q, p, w]: [V; 3]) -> StepFailure {

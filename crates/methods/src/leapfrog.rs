@@ -291,8 +291,8 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
     }
 }
 
-/// Reports why the step h from `state` does not end in a finite q, p and w. It is given copies, so
-/// that those of the loop can stay in registers.
+/// Reports why the step h from `state` does not end in a finite q, p and w. It takes copies, so
+/// that the vectors of the loop can stay in registers.
 #[cold]
 #[inline(never)]
 fn failure<V, S>(system: &S, h: V::Scalar, state: &State<V>, end: [V; 3]) -> StepFailure

@@ -41,8 +41,8 @@ impl SecondDerivatives {
         self.by_qq
     }
 
-    /// How a rounding of q and p changes the velocities and the forces, times 1/ε, where |q| and
-    /// |p| have these sizes.
+    /// The changes of the velocities and of the forces by a rounding of q and p, times 1/ε, where
+    /// |q| and |p| have these sizes.
     pub(crate) fn rounded(&self, [q, p]: [f64; 2]) -> [f64; 2] {
         let velocities = (self.by_pp * p).max(self.by_qp * q);
         let by_q = self.by_qq.max(self.by_dq) * q;

@@ -40,9 +40,9 @@ impl SizeHistory {
         }
     }
 
-    /// Whether the run grows: after the first part, the extent of an entry, or the largest magnitude
-    /// of all entries but angles, rises from each part to the next, in the end by 2 % or more, and
-    /// to three times or more in all. A short run does not tell.
+    /// Whether the run grows: after the first part, the extent of an entry, or the largest
+    /// magnitude of all entries but angles, rises from each part to the next. It rises by 2 % or
+    /// more at the end, and to three times or more in all. The result for a short run is false.
     fn is_seen(&self, periods: &[Option<f64>]) -> bool {
         let entries = || 0..self.parts[0].len();
         let is_angle = |j: usize| periods.get(j).is_some_and(Option::is_some);

@@ -55,7 +55,7 @@ impl<T: Scalar> Corrected<T> {
         self.value
     }
 
-    /// 1 or -1 by the sign bit, also for NaN.
+    /// -1 for a negative number, else 1, also for -0 and NaN.
     #[inline(always)]
     fn sign(self) -> T {
         let (zero, one) = (T::zero(), T::one());
@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// 1 + x - 1 has lost nothing, nor has what it divides.
+    /// 1 + x - 1 has lost nothing, nor has a quotient with this divisor.
     #[test]
     fn what_cancels_is_still_there() {
         let one = Corrected::<f64>::one();

@@ -10,7 +10,7 @@ use super::two_sum::two_sum;
 use qd::Quad;
 use std::f64::consts::{FRAC_PI_2, LN_2, SQRT_2};
 
-/// π/2 as a sum of three `f64`, each the one nearest to what the ones before leave.
+/// π/2 as a sum of three `f64`, each the one nearest to the rest after those before it.
 const FRAC_PI_2_PARTS: [f64; 3] = [FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591698e-33];
 /// ln 2, likewise.
 const LN_2_PARTS: [f64; 3] = [LN_2, 2.3190468138462996e-17, 5.707708438416212e-34];
@@ -264,8 +264,8 @@ mod tests {
                 "atan" => x.atan(),
                 _ => panic!("no function called {name}"),
             };
-            // The accurate differences, and the large part first: what is left has no error to
-            // speak of.
+            // The accurate differences, and the large part first: the rest then has a negligible
+            // error.
             let error = value.sub_accurate(Quad(hi, mid)).sub_accurate(Quad(lo, 0.0)).0;
             let size = if hi == 0.0 || matches!(name, "sin" | "cos") { 1.0 } else { hi.abs() };
             let error = error.abs() / size;

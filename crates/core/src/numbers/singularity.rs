@@ -84,11 +84,12 @@ pub fn enclosed<T: Scalar>(x: T, lane: usize) -> Interval {
     if T::IS_EXTENDED { Interval::new(x.next_down(), x.next_up()) } else { Interval::from_f64(x) }
 }
 
-/// Whether f has no limit at x, or a jump. It decides where an enclosure cannot tell a pole from a
-/// root or a modulus whose argument touches 0.
+/// Whether f has no limit at x, or a jump. It decides where an enclosure cannot distinguish a pole
+/// from a root or a modulus whose argument touches 0.
 ///
-/// Compares the changes of f over ten halvings of the distance to x with those over the ten before:
-/// beside a pole they grow, beside a logarithm they stay, and where f is continuous they shrink.
+/// Compares the changes of f over ten halvings of the distance to x with those over ten halvings
+/// before. Near a pole they grow, near a singularity of a logarithm they stay equal, and where f is
+/// continuous they shrink.
 pub fn diverges(x: f64, scale: f64, f: impl Fn(f64) -> f64) -> bool {
     let near = |power: i32| {
         let distance = scale * 2.0_f64.powi(power);

@@ -98,7 +98,7 @@ impl StepControl {
     }
 }
 
-/// The size of the next step, and what is remembered of the step before.
+/// The size of the next step, and the data of the step before.
 #[derive(Clone, Copy)]
 pub(super) struct Controller {
     options: StepControl,

@@ -96,8 +96,8 @@ impl<S: ?Sized, D: ?Sized> Driven<S, D> {
     /// Adds a drive to a system.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] if the drive acts on a degree of freedom that the system does not
-    /// have, or twice on one, or if the system has a drive already.
+    /// [`InputError::Unsupported`] if the drive acts on a degree of freedom that the system does
+    /// not have, or twice on one, or if the system has a drive already.
     pub fn new<T: Scalar>(system: Arc<S>, drive: Arc<D>) -> Result<Self, InputError>
     where
         S: System<T>,

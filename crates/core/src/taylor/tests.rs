@@ -1,4 +1,4 @@
-//! Flows followed by series, beside what is known of them.
+//! Flows followed by series, compared with known solutions.
 
 use super::*;
 use crate::error::InputError;
@@ -240,7 +240,7 @@ fn narrow_features_are_met() {
     }
 }
 
-/// Samples see what is passed in a 48th of a stride.
+/// Samples resolve features that take at least a 48th of a stride.
 #[test]
 fn samples_tell_what_they_may_miss() {
     let scene = Scene::Bump(0.05);

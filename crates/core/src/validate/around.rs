@@ -41,7 +41,7 @@ pub(super) fn displaced(x: &[f64], k: usize, size: f64) -> Vec<f64> {
     x.iter().enumerate().map(|(i, x)| x + size * offset(i)).collect()
 }
 
-/// The largest value at any of the places.
+/// The largest value of a function of a place at any of the places.
 pub(super) fn most(places: &[Place], of: impl Fn(&Place) -> f64) -> f64 {
     places.iter().fold(0.0, |most, place| of(place).abs().max(most))
 }

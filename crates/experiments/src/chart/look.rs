@@ -269,8 +269,8 @@ mod tests {
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
-    /// Methods in charts of the paper: curves without marks, which differ in colour, and curves with
-    /// marks.
+    /// Methods in charts of the paper: curves without marks, which differ in colour, and curves
+    /// with marks.
     const WITHOUT_MARKS: [&[&str]; 3] = [
         &["leapfrog", "moddg", "rk4", "moddg-q4-shared"],
         &["leapfrog", "moddg", "rk4", "moddg-p4-shared"],

@@ -75,8 +75,8 @@ fn prose(plan: &DynamicsPlan<Basins>, model: &Model) -> String {
          something, or away, is unsettled. One that comes to an equilibrium or a cycle from which \
          small displacements grow lies on a boundary, and reaches no attractor. The boundary \
          between basins has the dimension 2 - α, where the share of cells with a cell of another \
-         attractor at a distance ε grows like ε^α; runs that fail count as one basin there, and unsettled cells and those on a boundary are \
-         left out.{}",
+         attractor at a distance ε grows like ε^α; runs that fail count as one basin there, and \
+         unsettled cells and those on a boundary are left out.{}",
         plan.study.section.describe(model),
         if plan.study.is_autonomous() { ", with the whole of their path" } else { "" },
         of_reference(plan.reference),

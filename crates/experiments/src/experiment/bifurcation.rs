@@ -22,8 +22,8 @@ const DATA: &str = "bifurcation";
 const FAILED: &str = "failed";
 /// The words for a diagram none of whose runs was begun.
 const NOT_REACHED: &str = "nothing computed";
-/// The number of values at which a method is compared with the reference, or of runs, of which there
-/// are two at each value if each run begins where the one before ended.
+/// The number of values at which a method is compared with the reference, or of runs, of which
+/// there are two at each value if each run begins where the one before ended.
 const VALUES: &str = "compared";
 const RUNS: &str = "compared runs";
 /// The words that are not the period of a cycle.
@@ -82,8 +82,8 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
     format!(
         "States {}, {} of each run after {} that are not shown, for {} values of {}. {begin} Two \
          attractors count as the same if both have one period and lie within 5 % of the extents \
-         of their motions, or if neither has a period and their extents agree. A run whose size rises all along, to \
-         three times or more, grows, and shows no attractor.{}",
+         of their motions, or if neither has a period and their extents agree. A run whose \
+         size rises all along, to three times or more, grows, and shows no attractor.{}",
         study.section.describe(model),
         study.points,
         study.transient,

@@ -9,7 +9,7 @@ pub(crate) struct Rates<V: Vector> {
     hqq: V,
     dominance: V,
     hpp: V,
-    /// Σ_j |∂D_i/∂q_j|, Σ_j |∂D_i/∂p_j|, and of ∂²H/∂q∂p by rows and by columns
+    /// Σ_j |∂D_i/∂q_j|, Σ_j |∂D_i/∂p_j|, and the sums of ∂²H/∂q∂p by rows and by columns
     dq: V,
     dp: V,
     mixed: [V; 2],

@@ -179,8 +179,8 @@ impl<V: Vector> Workspace<V> {
             let before = self.defect;
             self.finish(&problem)?;
             self.energy_roundings[1] = None;
-            // If more nodes do not reduce the error, it may be due to the rounding of H. So may be
-            // that with the most nodes.
+            // If more nodes do not reduce the error, it may be due to the rounding of H. The error
+            // with the most nodes may be due to it as well.
             let is_last = level + 1 == self.rules.len();
             let settled = level > 0 && (is_last || self.defect > 0.5 * before);
             let resolved = self.defect <= RESOLVED_ROUNDINGS;

@@ -70,8 +70,8 @@ impl<V: Vector> Workspace<V> {
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());
         }
-        // If the terms of H or of the forces cancel, their roundings exceed those that |H| and p
-        // suggest. They are measured, and the equations are solved to them.
+        // If the terms of H or of the forces cancel, their roundings exceed those of |H| and p.
+        // These roundings are measured, and the equations are solved up to them.
         step.workspace.measure_roundings(system, state)?;
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());

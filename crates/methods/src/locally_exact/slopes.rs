@@ -206,8 +206,8 @@ impl<V: Vector> Slopes<V> {
         })
     }
 
-    /// Sets R for D that is not linear in the velocities v of the degrees of freedom, given the value
-    /// `found` of D - D(z̄, 0) there.
+    /// Sets R for D that is not linear in the velocities v of the degrees of freedom, given the
+    /// value `found` of D - D(z̄, 0) there.
     fn bend_to(
         &mut self,
         v: &[V::Scalar],

@@ -51,7 +51,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     }
 
     /// The end of the step as the stages give it. The momenta of motors, which are energies, are
-    /// summed by the weights, as w is: what is supplied and not dissipated then leaves w unchanged.
+    /// summed by the weights, as w is. Energy that is supplied and not dissipated then leaves w
+    /// unchanged.
     #[inline(always)]
     pub(super) fn place_end<F: Curvature<V::Scalar> + ?Sized>(
         &mut self,

@@ -22,10 +22,10 @@ pub(crate) type InLanes<M> = fn(&M, &Target<'_, f64x8>) -> Bound<f64x8>;
 
 /// The binding of a fixed-step method to a system.
 pub(crate) trait Binding: Debug + Sync + Sized + 'static {
-    /// The binding to eight systems side by side, if there is one. Each lane computes to
-    /// the bit what it would alone, provided the scalar's functions do. Methods that are implicit
-    /// in all degrees of freedom at once have no lanes, since pivots and the number of iterations
-    /// depend on the system. A step that fails in one lane changes none.
+    /// The binding to eight systems side by side, if there is one. Each lane gives the same bits as
+    /// a run alone, provided the functions of the scalar do. Methods that are implicit in all
+    /// degrees of freedom at once have no lanes, since pivots and the number of iterations depend
+    /// on the system. A step that fails in one lane changes no lane.
     const LANES: Option<InLanes<Self>> = None;
 
     /// Binds to any system, with states stored in `V`.

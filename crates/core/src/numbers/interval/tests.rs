@@ -1,4 +1,4 @@
-//! Intervals contain what they should, and little more.
+//! Intervals contain all values that they must, and little more.
 
 use super::*;
 use crate::numbers::Series;

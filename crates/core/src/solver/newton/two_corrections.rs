@@ -161,10 +161,10 @@ impl<T: Scalar> Correction<T> {
     ///
     /// A correction turns an error e into e (r + c + d), with r the error of the inverse, c the
     /// change of the slope over e/2, and d the error of a slope that is not quite the derivative.
-    /// The last two corrections give r + c + d as their ratio, and the last slope gives r + 2 c as
-    /// what the inverse misses. For the next correction r and c are smaller by that ratio, d is the
+    /// The ratio of the last two corrections is r + c + d, and the error of the inverse at the last
+    /// slope is r + 2 c. For the next correction r and c are smaller by that ratio, and d is the
     /// same. All are taken relative to the previous correction, so that none of them underflows
-    /// near rest; where it is 0, the answer is no.
+    /// near rest. If the previous correction is 0, the result is false.
     #[inline(always)]
     pub(super) fn next_is_rounding(&self, scale: T) -> T::Mask {
         let share = self.previous.recip();
