@@ -297,7 +297,7 @@ fn in_one(error: &impl std::error::Error) -> Box<dyn std::error::Error + Send + 
     error.to_string().into()
 }
 
-/// What to do about parts that cannot be joined.
+/// The advice where parts cannot be joined.
 fn merge_help(error: &JournalError) -> &'static str {
     match error {
         JournalError::File { .. } => "give a folder whose files can be read and written",

@@ -4,6 +4,7 @@ use afterbay_core::{DissipationForm, Mask, Scalar, System};
 
 /// The sizes of q and p at which D is compared.
 const SIZES: [f64; 2] = [0.1, 1.0];
+
 /// Whether some D_j depends on another velocity although [`DissipationForm::coupled`] is false.
 ///
 /// For each bit, the velocities of all degrees of freedom whose number has this bit set are

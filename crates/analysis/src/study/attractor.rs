@@ -45,12 +45,12 @@ pub struct Attractor {
     metric: Metric,
     /// The kind.
     pub kind: Kind,
-    /// What the run shows beside its points.
+    /// Properties of the motion that its points do not show.
     #[serde(default)]
     traits: Traits,
 }
 
-/// What a run shows of its motion beside its points.
+/// Properties of the motion of a run that the points of its section do not show.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Traits {
     /// Whether it has come to rest.

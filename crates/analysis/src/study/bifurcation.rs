@@ -96,8 +96,8 @@ pub struct Column {
     pub points: Vec<[Vec<f64>; 2]>,
     /// The outcome of the run. One that grows all along is `growing`.
     pub ending: Ending,
-    /// What the run shows beside its points. It rests beside all of the motion since the initial
-    /// state.
+    /// Properties of the motion. The run is at rest if its settled motion is small compared with
+    /// all of the motion since the initial state.
     traits: Traits,
     /// The distance of the points.
     metric: Metric,

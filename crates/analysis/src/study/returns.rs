@@ -70,7 +70,8 @@ impl Returns {
         self.motion.run()
     }
 
-    /// What the run shows beside its points. It rests beside a motion of the given ranges.
+    /// Properties of the motion. The run is at rest if its settled motion is small compared with a
+    /// motion of the given ranges.
     pub(super) fn traits(&self, whole: &Ranges) -> Traits {
         Traits { rests: self.motion.is_rest_beside(whole), conservative: self.conservative }
     }

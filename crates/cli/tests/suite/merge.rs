@@ -33,7 +33,7 @@ fn parts_of_something_else_are_refused_by_name() {
     assert!(stderr.contains("no parts"), "{stderr}");
 }
 
-/// What is said where a merge cannot begin is about the parts, as a merge has no `--out`.
+/// A merge has no `--out`: its messages name the parts.
 #[test]
 fn a_merge_counts_its_cells_and_names_a_missing_scene() {
     let place = Place::new(AUTONOMOUS);

@@ -209,7 +209,8 @@ fn control_characters_of_a_scene_do_not_reach_the_terminal() {
 #[test]
 fn results_of_a_scene_without_a_name_have_a_folder_of_their_own() {
     let text = "[system]\nname = 'duffing'\nparameters = { alpha = 1.0, beta = 1.0, c = 0.1 }\n\
-                [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 1.0\nstep = 0.1\n[run]\nmethods = ['rk4']\n";
+                [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 1.0\nstep = 0.1\n\
+                [run]\nmethods = ['rk4']\n";
     for name in ["...toml", "..toml"] {
         let (folder, path) = written(name, text.as_bytes());
         let mut command = afterbay(&["run", "--no-png"]);

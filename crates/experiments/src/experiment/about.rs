@@ -89,7 +89,7 @@ const STOP: &str = "stop";
 const TOPIC: &str = "Events";
 /// That of the finding on a sweep.
 const SWEEP: &str = "Sweep";
-/// What the sweep does with a quantity.
+/// The reading of a quantity that the sweep varies.
 const VARIED: &str = "varied";
 
 /// The finding that what is measured goes on where an event ends a run; none without such an event.

@@ -31,7 +31,7 @@ pub(super) struct Planner<'a> {
     pub(super) points: usize,
 }
 
-/// What a scene asks for.
+/// The plans of a scene's runs and studies.
 pub(super) struct Plans {
     pub(super) run: Option<RunPlan>,
     pub(super) studies: Studies,

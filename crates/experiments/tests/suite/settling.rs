@@ -78,7 +78,7 @@ fn a_branch_that_comes_to_rest_begins_afresh() {
     assert!(said.contains(changes), "{said}");
 }
 
-/// What a scene with one study says of its method.
+/// The statement of a scene with one study.
 fn said(text: &str) -> String {
     let scene = Scene::read(text).unwrap_or_else(|error| panic!("{error}"));
     let (_, findings) = study(&scene, &Silent).expect("it runs");

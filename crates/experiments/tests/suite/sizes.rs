@@ -115,7 +115,7 @@ fn basins_are_the_same_in_all_units() {
     }
 }
 
-/// Where attractors lie is told to a thousandth of the grid, in any unit.
+/// The places of attractors are printed to a thousandth of the grid, in any unit.
 #[test]
 fn basins_name_their_attractors_in_all_units() {
     for (s, at) in [(1.0, "1"), (1e-9, "1e-9")] {

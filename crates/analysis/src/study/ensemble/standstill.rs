@@ -26,9 +26,9 @@ impl Standstill {
         Self { steps, part: Ranges::nothing(model.degrees()) }
     }
 
-    /// Adds a state, so many steps after the last return. `path` holds the ranges since then.
-    /// Returns whether a part has ended whose coordinates move by roundings only. The first part
-    /// is not looked at, so that runs that return soon do not pay for it.
+    /// Adds the state that is `missing` steps after the last return. `path` holds the ranges since
+    /// then. Returns whether a part has ended in which the coordinates moved by roundings only. The
+    /// first part is left out, so that runs that return soon take no time for it.
     pub(super) fn is_seen(
         &mut self,
         missing: u64,

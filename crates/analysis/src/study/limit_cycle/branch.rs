@@ -47,8 +47,9 @@ const SHRUNK: f64 = 1e-5;
 /// shrunk, if they shrink to rest. At a Hopf bifurcation it changes like the square of the size, and
 /// where a force vanishes like the size.
 const UNCHANGED: f64 = 1e-6;
-/// The least size of an entry of q and p, as a share of its largest one on the branch, beside that
-/// of the entry that has shrunk least. A choice: some steps lie within it.
+/// The least size with which an entry of q and p is measured, as a share of its largest size on the
+/// branch, times the share that is left of the entry that has shrunk least. A choice: the branch
+/// takes some steps before an entry reaches it.
 const LEAST_SIZE: f64 = 0.1;
 /// The value of a test function that counts as 0, relative to those between which it is.
 const LOCATED: f64 = 1e-10;

@@ -83,8 +83,8 @@ impl SceneProblem {
             Self::NoPeriod => {
                 "t shows a period where it occurs only in sines, cosines and remainders (`mod`) \
                  whose frequencies are multiples of one, the lowest at most 12 times it; that of \
-                 forces may be given, as period = \"2*pi/omega\" in [drive]. A constant force f belongs in the potential, \
-                 as -f*q1. [study.poincare] and [study.bifurcation] also take a section such as \
+                 forces may be given, as period = \"2*pi/omega\" in [drive]. A constant force f \
+                 belongs in the potential, as -f*q1. [study.poincare] and [study.bifurcation] also take a section such as \
                  section = { of = \"q1\", direction = \"rising\" }"
             }
             Self::TwoAxes => {
