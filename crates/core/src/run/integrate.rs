@@ -128,7 +128,8 @@ where
                 Err((good, failure)) => {
                     done += good;
                     current.t = time(done);
-                    let failure = or_undefined(system, &current, done == 0, failure);
+                    // A copy, for the reason given at `current`.
+                    let failure = or_undefined(system, &current.clone(), done == 0, failure);
                     outcome = Err(failed(done + 1, done, failure));
                 }
             }
