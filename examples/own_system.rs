@@ -22,7 +22,7 @@ impl Formulas for Pendulums {
 
     /// V(q): gravity, 0 with both pendulums at the bottom, and the spring.
     fn potential<T: Scalar>(&self, q: &[T]) -> T {
-        let raised = |angle: T| T::from_f64(9.81) * (T::one() - angle.sin_cos().1);
+        let raised = |angle: T| T::from_f64(9.81) * (T::one() - angle.cos());
         let twist = q[1] - q[0];
         raised(q[0]) + raised(q[1]) + (T::from_f64(self.spring) * twist * twist).half()
     }

@@ -7,6 +7,12 @@ pub fn in_short(number: f64) -> String {
     if is_short { short.to_string() } else { format!("{short:e}") }
 }
 
+/// A number with all its digits, and with an exponent where it is very small or large.
+pub fn in_full(number: f64) -> String {
+    let is_short = number == 0.0 || (1e-4..1e15).contains(&number.abs());
+    if is_short { number.to_string() } else { format!("{number:e}") }
+}
+
 /// A measured number for a sentence, with its significant digits, zeros included, and with an
 /// exponent where it is very small or large.
 pub fn significant(number: f64, digits: usize) -> String {

@@ -1,5 +1,7 @@
 //! Progress of long computations.
 
+use std::ops::ControlFlow;
+
 /// Receives the progress of a computation. Its methods are called from many threads at once.
 pub trait Progress: Sync {
     /// A stage of `total` pieces begins.
@@ -20,6 +22,10 @@ pub trait Progress: Sync {
     /// early.
     fn stopped(&self) -> bool {
         false
+    }
+    /// The answer of an observer of a run: the run ends if the user asked to stop.
+    fn flow(&self) -> ControlFlow<()> {
+        if self.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 
@@ -52,7 +58,7 @@ pub struct Weighted<'a> {
 }
 
 impl<'a> Weighted<'a> {
-    /// A cell of so many pieces that takes this share of the cost of the stage.
+    /// A cell of `pieces` pieces that takes this share of the cost of the stage.
     pub fn new(progress: &'a dyn Progress, share: f64, pieces: usize) -> Self {
         Self { progress, cell: share, weight: share / pieces.max(1) as f64 }
     }
@@ -112,7 +118,7 @@ impl<'a> Piece<'a> {
         Self { progress, count: count as f64, told: 0.0 }
     }
 
-    /// So many steps of all are done.
+    /// `steps` of `all` steps are done.
     pub(crate) fn reach(&mut self, steps: u64, all: u64) {
         let share = steps as f64 / all.max(1) as f64;
         if share >= self.told + LEAST {

@@ -1,7 +1,7 @@
 //! A solution at equally spaced times, with a doubt.
 
 use crate::measured::{Doubt, Measured};
-use afterbay_core::{Motors, Scalar, StateRef, accounts, larger_or_nan};
+use afterbay_core::{Accounts, Motors, Scalar, StateRef, larger_or_nan};
 use std::borrow::Cow;
 
 /// The states of a reference at equally spaced times, with a bound of the error of each.
@@ -144,6 +144,11 @@ impl Solution<f64> {
 pub(crate) fn twice_apart<T: Scalar>(a: StateRef<'_, T>, b: StateRef<'_, T>) -> Doubt {
     let [q, p, w] = [(a.q, b.q), (a.p, b.p), (a.w, b.w)].map(|(a, b)| 2.0 * distance(a, b));
     Doubt { qp: q, w }.larger(Doubt { qp: p, w })
+}
+
+/// The energies exchanged up to a state of a model with these motors, which fit each other.
+pub(crate) fn accounts<T: Scalar>(state: StateRef<'_, T>, motors: &Motors) -> Accounts<T> {
+    afterbay_core::accounts(state, motors).expect("the states of a model have its motors")
 }
 
 /// The largest |q_j|, |p_j| and |w_j| of a state, without clock and motors.

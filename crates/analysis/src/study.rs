@@ -37,6 +37,7 @@ pub mod size;
 pub mod stability;
 pub mod tangent;
 pub mod trajectory;
+mod watch;
 pub mod work_precision;
 mod zero;
 
@@ -84,7 +85,8 @@ impl Problem {
     /// The reference at the times `i h`, i = 0..=count, with its doubt at each. Up to
     /// [`MOST_DEGREES_IN_QUAD`] degrees of freedom it comes from Taylor series in 106 bits,
     /// rounded; with more from series in 53 bits. Where series end at a kink or take too many
-    /// strides, it is one of the two runs that agree best.
+    /// strides, it is the exact flow of a linear system of few degrees of freedom, else one of the
+    /// two runs that agree best.
     ///
     /// # Errors
     /// Invalid input, a solution that ceases to be finite, and [`IntegrateError::Interrupted`]

@@ -229,7 +229,8 @@ pub(crate) enum Command {
 pub(crate) struct FilesArguments {
     /// The format of the tables in data/. Beside each, NAME.json names its columns, their types and
     /// units, and its origin.
-    #[arg(id = "data", long = "data", value_name = "FORMAT", value_enum, default_value_t = Data::Csv)]
+    #[arg(id = "data", long = "data", value_name = "FORMAT")]
+    #[arg(value_enum, default_value_t = Data::Csv)]
     pub(crate) tables: Data,
     /// Write the charts as SVG alone, and remove their earlier PNG files. They take most of the
     /// time of a short command.

@@ -7,7 +7,6 @@ use crate::table::Column;
 use crate::{interrupt, table};
 use afterbay_experiments::paper::{self, Extent};
 use afterbay_experiments::record::{self, Files, Held};
-use afterbay_experiments::report::Verdict;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -30,14 +29,9 @@ pub(crate) fn run(
     match format {
         Format::Json => table::json(&findings)?,
         Format::Table => {
-            let word = |verdict| match verdict {
-                Verdict::Holds => "holds",
-                Verdict::Fails => "does not hold",
-                Verdict::Note => "note",
-            };
             let rows = findings
                 .iter()
-                .map(|finding| vec![word(finding.verdict).into(), finding.topic.clone()]);
+                .map(|finding| vec![finding.verdict.describe().into(), finding.topic.clone()]);
             let columns = [Column::of("verdict", 0), Column::words("finding", 0, 30)];
             table::print(&columns, rows)?;
             table::text(

@@ -22,7 +22,7 @@
 //! - run: [`Method`] and [`Adaptive`], [`Grid`] and [`Tolerance`], [`Observer`], and the time loops
 //!   [`integrate`] and [`integrate_within`];
 //! - [`taylor`]: solutions by Taylor series, as references;
-//! - [`validate`]: tests of a system against its own energy.
+//! - [`validate`]: tests of a system against its own energy, and of a drive against its forces.
 
 mod error;
 mod numbers;
@@ -35,13 +35,13 @@ pub mod validate;
 
 pub use error::{InputError, IntegrateError, RunError, StepFailure};
 pub use numbers::{
-    Certainty, Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Single,
-    Slope, Vector, divided, f64x8, larger_or_nan, quadrature, singularity, two_sum,
+    Corrected, Ends, Interval, Lanewise, Line, Mask, Quad, Scalar, Series, Single, Slope, Vector,
+    divided, f64x8, larger_or_nan, quadrature, singularity, two_sum,
 };
 pub use quantity::{Block, Quantity};
 pub use run::{
-    Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, MOST_EVENTS, Method,
-    Observer, OnEvent, STEPS_OF_BLOCK, Statistics, StepControl, TakeStep, Tolerance, integrate,
+    Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, Method, Observer,
+    OnEvent, STEPS_OF_BLOCK, Statistics, StepControl, TakeStep, Tolerance, Watch, integrate,
     integrate_controlled, integrate_in, integrate_with_events, integrate_within, sample_within,
 };
 pub use system::{

@@ -24,7 +24,7 @@ mod two_sum;
 mod vector;
 
 pub use corrected::{Corrected, Lanewise};
-pub use interval::{Certainty, Interval};
+pub use interval::Interval;
 pub use larger::larger_or_nan;
 pub use line::Line;
 pub use qd::Quad;

@@ -13,9 +13,7 @@ mod undefined;
 
 pub use adaptive::{Statistics, integrate_controlled, integrate_within, sample_within};
 pub use controller::StepControl;
-pub use event::{
-    Direction, Event, EventState, MOST_EVENTS, OnEvent, TakeStep, integrate_with_events,
-};
+pub use event::{Direction, Event, EventState, OnEvent, TakeStep, Watch, integrate_with_events};
 pub use grid::Grid;
 pub use integrate::{integrate, integrate_in};
 pub use method::{Adaptive, Attempt, Effort, Method};

@@ -53,6 +53,6 @@ pub use linear::Linear;
 pub use motors::{Accounts, Motors, accounts, with_motors};
 pub use nonseparable::{Mean, PhasePlane, PlaneDissipation, Slopes};
 pub use order_raising::{Correction, Misprinted, OrderRaising};
-pub use separable::{Separable, Supply};
+pub use separable::{Separable, Supply, masses};
 pub use state::State;
 pub use state_ref::StateRef;

@@ -27,13 +27,16 @@ mod along;
 mod around;
 mod coupling;
 mod dissipation;
+mod drive;
 mod gradient;
 mod hessian;
 mod lattice;
 mod separable;
 mod system;
 
+pub use crate::system::masses;
+pub use drive::drive;
 pub use hessian::curvature;
 pub use lattice::uniform;
-pub use separable::{masses, separable};
+pub use separable::separable;
 pub use system::system;

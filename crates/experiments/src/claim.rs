@@ -6,8 +6,8 @@
 //! every finding and checks that the verdict and the sentence change.
 
 use crate::report::Verdict;
-pub use afterbay_analysis::digits::in_short;
 pub(crate) use afterbay_analysis::digits::significant;
+pub use afterbay_analysis::digits::{in_full, in_short};
 use serde::Serialize;
 
 /// The verdict and the sentence derived from readings.
@@ -186,12 +186,6 @@ pub(crate) fn note(is_right: bool) -> Verdict {
 pub fn counted(count: impl std::fmt::Display, thing: &str) -> String {
     let count = count.to_string();
     format!("{count} {thing}{}", if count == "1" { "" } else { "s" })
-}
-
-/// A number with all its digits, and with an exponent where it is very small or large.
-pub fn in_full(number: f64) -> String {
-    let is_short = number == 0.0 || (1e-4..1e15).contains(&number.abs());
-    if is_short { number.to_string() } else { format!("{number:e}") }
 }
 
 /// A number for a sentence, with two significant digits.

@@ -12,6 +12,7 @@ mod declared;
 mod energy;
 mod figures;
 mod global_orders;
+mod kinks;
 mod limit_cycle;
 mod local_orders;
 mod long_run;
@@ -175,7 +176,10 @@ fn sheets(
         }
     }
     let about = about::sheet(scene)?;
-    sheets.push(if task == Task::Study { about::beyond_stops(about, scene) } else { about });
+    sheets.push(match task {
+        Task::Study => kinks::warn(about::beyond_stops(about, scene), scene)?,
+        Task::Run => about,
+    });
     Ok((sheets, whole))
 }
 

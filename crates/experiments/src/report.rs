@@ -57,6 +57,17 @@ pub enum Verdict {
     Note,
 }
 
+impl Verdict {
+    /// The verdict in words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::Fails => "does not hold",
+            Self::Note => "note",
+        }
+    }
+}
+
 /// A table. Columns of numbers are aligned to the right.
 #[derive(Debug, Clone)]
 pub struct Table {
@@ -144,13 +155,15 @@ impl Block {
         match self {
             Block::Text(text) => html! { p { (prose(text)) } },
             Block::Verdict(verdict, text) => {
-                let (class, badge) = match verdict {
-                    Verdict::Holds => ("holds", "holds"),
-                    Verdict::Fails => ("fails", "does not hold"),
-                    Verdict::Note => ("note", "note"),
+                let class = match verdict {
+                    Verdict::Holds => "holds",
+                    Verdict::Fails => "fails",
+                    Verdict::Note => "note",
                 };
                 html! {
-                    p class={ "verdict " (class) } { span.badge { (badge) } " " span { (prose(text)) } }
+                    p class={ "verdict " (class) } {
+                        span.badge { (verdict.describe()) } " " span { (prose(text)) }
+                    }
                 }
             }
             Block::Table(table) if table.rows.len() > FOLDED => html! {

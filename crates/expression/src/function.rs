@@ -216,37 +216,18 @@ impl Function {
             Self::Sqrt => x.sqrt(),
             Self::Exp => x.exp(),
             Self::Log => x.ln(),
-            Self::Sin => x.sin_cos().0,
-            Self::Cos => x.sin_cos().1,
-            // By the half and the quarter of the angle no divisor is 0 and nothing cancels near ±1.
-            Self::Asin => {
-                let half = (x / (one + ((one - x) * (one + x)).sqrt())).atan();
-                half + half
-            }
-            Self::Acos => {
-                let quarter = ((one - x).sqrt() / ((one + one).sqrt() + (one + x).sqrt())).atan();
-                T::from_f64(4.0) * quarter
-            }
+            Self::Sin => x.sin(),
+            Self::Cos => x.cos(),
+            Self::Asin => x.asin(),
+            Self::Acos => x.acos(),
             Self::Atan => x.atan(),
-            Self::Sinh => {
-                let e = x.abs().exp_m1();
-                let sinh = (e + T::select(e.is_finite(), e / (e + one), one)).half();
-                T::select(x.lt(zero), -sinh, sinh)
-            }
-            Self::Cosh => {
-                // In Quad, e^x of a large negative x underflows in its low part.
-                let e = x.abs().exp();
-                (e + e.recip()).half()
-            }
+            Self::Sinh => x.sinh(),
+            Self::Cosh => x.cosh(),
             Self::Sech => {
                 let e = (-x.abs()).exp();
                 (e + e) / e.mul_add(e, one)
             }
-            Self::Tanh => {
-                let e = (-(x.abs() + x.abs())).exp_m1();
-                let tanh = -e / (e + one + one);
-                T::select(x.lt(zero), -tanh, tanh)
-            }
+            Self::Tanh => x.tanh(),
             Self::Truncated(power) => power.at(x),
         }
     }

@@ -24,10 +24,11 @@ use crate::adaptive::{
     Budget, KINK_ORDER, Projection, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides,
     balance_by_motor, is_noise, largest,
 };
-use crate::kernels::reductions::sum;
+use crate::commit::non_finite;
+use crate::kernels::reductions::{largest_if_finite, sum};
 use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
 use afterbay_core::{
-    Attempt, Curvature, Effort, Quantity, Scalar, State, StepFailure, System, Tolerance, Vector,
+    Attempt, Curvature, Effort, Scalar, State, StepFailure, System, Tolerance, Vector,
 };
 
 /// The weight of the squared ratio of two error estimates in their combination (Hairer, Nørsett,
@@ -158,8 +159,7 @@ impl<V: Vector> Workspace<V> {
         let p = self.stages.largest_sum::<P>(terms) * shares[1];
         let dissipative = self.stages.is_dissipative();
         let w = if dissipative { self.stages.largest_sum::<W>(terms) * shares[2] } else { 0.0 };
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
-        larger(larger(q, p), w) + 0.0 * (q + p + w)
+        largest_if_finite([q, p, w])
     }
 
     #[inline]
@@ -266,22 +266,17 @@ impl<V: Vector> Workspace<V> {
         // NaN.
         let error = if error == f64::INFINITY { f64::MAX } else { error };
         if !error.is_finite() {
-            let parts = [
-                (Quantity::Coordinate, self.q.as_slice()),
-                (Quantity::Momentum, self.p.as_slice()),
-                (Quantity::Reservoir, self.gain.as_slice()),
-            ];
-            return Err(StepFailure::non_finite(&parts));
+            return Err(non_finite([&self.q, &self.p, &self.gain].map(V::as_slice)));
         }
         if error > 1.0 {
             self.balance_rejected_step(system);
             return Ok(error);
         }
-        if let Err(way) = self.project::<B, S>(system, errors_allowed) {
+        if let Err(ratio) = self.project::<B, S>(system, errors_allowed) {
             self.finish::<B>(h, state);
             if error > ROUNDING_SUSPECTED_BELOW || !self.is_noise(system)? {
                 self.balance_rejected_step(system);
-                return Ok(way.max(REFUSED_ERROR));
+                return Ok(ratio.max(REFUSED_ERROR));
             }
         }
         self.ended = true;

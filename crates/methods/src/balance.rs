@@ -1,6 +1,7 @@
 //! A check that K is conserved, for means along edges computed by quadrature, which does not
 //! resolve features of H between its nodes.
 
+use crate::gradient_check::check_partials;
 use crate::rounding::rounding_of_each;
 use afterbay_core::{Mask, Scalar, Separable, StepFailure};
 
@@ -18,6 +19,45 @@ pub(crate) struct Account<T> {
     pub(crate) size: T,
 }
 
+/// Checks K over a step from (q, p, w) `before` to `after`. `account` gives the terms of H at
+/// (q, p), and `second_order` is that of [`check`].
+///
+/// # Errors
+/// Those of [`check`].
+#[inline]
+pub(crate) fn check_step<T: Scalar>(
+    before: [&[T]; 3],
+    after: [&[T]; 3],
+    account: impl Fn(&[T], &[T]) -> Account<T>,
+    second_order: impl FnOnce() -> Result<T, StepFailure>,
+) -> Result<(), StepFailure> {
+    let ([q0, p0, w0], [q1, p1, w1]) = (before, after);
+    let (mut gained, mut held) = (T::zero(), T::zero());
+    for (&before, &after) in w0.iter().zip(w1) {
+        gained += after - before;
+        held += before.abs() + after.abs();
+    }
+    let (start, end) = (account(q0, p0), account(q1, p1));
+    check(Account { size: start.size + held, ..start }, end, gained, second_order)
+}
+
+/// The change of H = T + V by the rounding of q at both ends of a step from (q0, p0), times 1/ε.
+///
+/// # Errors
+/// [`StepFailure::NotGradient`]
+pub(crate) fn second_order_of_potential<T: Scalar, S: Separable<T> + ?Sized>(
+    system: &S,
+    [q0, q1]: [&[T]; 2],
+    p0: &[T],
+) -> Result<T, StepFailure> {
+    let at = |q: &[T]| {
+        let terms = (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs());
+        terms.fold(T::zero(), |sum, term| sum + term) + rounding_of_potential(system, q)
+    };
+    check_partials(system, q0, p0)?;
+    Ok(at(q0) + at(q1))
+}
+
 /// Measures the rounding error of V at q, times 1/ε: the largest difference between the change of V
 /// along short edges and the mean of ∂V/∂q times their length. Cancellation between terms inside V
 /// cannot be detected otherwise.
@@ -25,7 +65,7 @@ pub(crate) struct Account<T> {
 /// The edges are 2^-18 to 2^-24 of each coordinate, short enough to be resolved and long enough for
 /// their rounding errors to differ.
 #[cold]
-pub(crate) fn rounding_of_potential<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) -> T {
+fn rounding_of_potential<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T]) -> T {
     let at_rest = vec![T::zero(); q.len()];
     let (here, mut moved) = (system.energy(q, &at_rest), q.to_vec());
     let mut most = T::zero();

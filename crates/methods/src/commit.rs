@@ -13,13 +13,22 @@ pub(crate) fn commit<V: Vector>(
     dissipative: bool,
 ) -> Result<(), StepFailure> {
     check(end)?;
-    let [q, p, w] = end;
+    store(state, end, dissipative);
+    Ok(())
+}
+
+/// Stores q, p and w, which are finite, in `state`, w only for a system with dissipation.
+#[inline]
+pub(crate) fn store<V: Vector>(
+    state: &mut State<V>,
+    [q, p, w]: [&[V::Scalar]; 3],
+    dissipative: bool,
+) {
     state.q.as_mut_slice().copy_from_slice(q);
     state.p.as_mut_slice().copy_from_slice(p);
     if dissipative {
         state.w.as_mut_slice().copy_from_slice(w);
     }
-    Ok(())
 }
 
 /// Reports which of q, p and w is not finite. It takes copies, so that the vectors of a loop can
@@ -27,10 +36,16 @@ pub(crate) fn commit<V: Vector>(
 #[cold]
 #[inline(never)]
 pub(crate) fn not_finite<V: Vector>([q, p, w]: [V; 3]) -> StepFailure {
+    non_finite([q.as_slice(), p.as_slice(), w.as_slice()])
+}
+
+/// The failure for the first of q, p and w that is not finite.
+#[cold]
+pub(crate) fn non_finite<T: Scalar>([q, p, w]: [&[T]; 3]) -> StepFailure {
     StepFailure::non_finite(&[
-        (Quantity::Coordinate, q.as_slice()),
-        (Quantity::Momentum, p.as_slice()),
-        (Quantity::Reservoir, w.as_slice()),
+        (Quantity::Coordinate, q),
+        (Quantity::Momentum, p),
+        (Quantity::Reservoir, w),
     ])
 }
 
@@ -38,11 +53,6 @@ pub(crate) fn not_finite<V: Vector>([q, p, w]: [V; 3]) -> StepFailure {
 ///
 /// # Errors
 /// [`StepFailure::NonFinite`] for the first number that is not.
-pub(crate) fn check<T: Scalar>([q, p, w]: [&[T]; 3]) -> Result<(), StepFailure> {
-    let parts = [(Quantity::Coordinate, q), (Quantity::Momentum, p), (Quantity::Reservoir, w)];
-    if parts.iter().all(|(_, part)| all_finite(part)) {
-        Ok(())
-    } else {
-        Err(StepFailure::non_finite(&parts))
-    }
+pub(crate) fn check<T: Scalar>(end: [&[T]; 3]) -> Result<(), StepFailure> {
+    if end.iter().all(|part| all_finite(part)) { Ok(()) } else { Err(non_finite(end)) }
 }

@@ -67,14 +67,14 @@ pub(crate) struct Moved<T> {
 }
 
 /// The edge of coordinate j through the point q. Entry j of p is overwritten.
-pub(crate) struct Along<'a, T, S: ?Sized> {
+pub(crate) struct Edge<'a, T, S: ?Sized> {
     pub(crate) system: &'a S,
     pub(crate) j: usize,
     pub(crate) q: &'a mut [T],
     pub(crate) p: &'a mut [T],
 }
 
-impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
+impl<T: Scalar, S: Separable<T> + ?Sized> Edge<'_, T, S> {
     /// D at the midpoint of the edge and the mean momentum v, without the force of a drive if that
     /// is known.
     #[inline(always)]
@@ -93,49 +93,54 @@ impl<T: Scalar, S: Separable<T> + ?Sized> Along<'_, T, S> {
 
 /// The function F of the equation v = p0 - F(v). The step sizes are scaled by `share`, from 1 (the
 /// full step) to 0.
-pub(crate) struct Pull<'a, 'b, T, S: ?Sized, F = ()> {
+pub(crate) struct MomentumEquation<'a, 'b, T, S: ?Sized, F = ()> {
     pub(crate) coordinate: &'a Coordinate<T, F>,
-    pub(crate) along: &'a mut Along<'b, T, S>,
+    pub(crate) edge: &'a mut Edge<'b, T, S>,
 }
 
-impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Pull<'_, '_, T, S, F> {
+impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T>
+    for MomentumEquation<'_, '_, T, S, F>
+{
     #[inline(always)]
     fn at(&mut self, share: T, v: T) -> Sample<T> {
         let Coordinate { q: q0, rates, reach, dissipative, drive, .. } = *self.coordinate;
-        let (width, pull) = (share * rates.q, share * rates.p.half());
-        let bend = width * pull;
-        let edge =
-            self.along.system.divided_difference(self.along.q, self.along.j, width.mul_add(v, q0));
-        let by_q = pull * edge.slope;
+        let (width, half_step) = (share * rates.q, share * rates.p.half());
+        let product = width * half_step;
+        let mean =
+            self.edge.system.divided_difference(self.edge.q, self.edge.j, width.mul_add(v, q0));
+        let by_q = half_step * mean.slope;
         if !dissipative {
             let (argument_rounding, value_rounding) = ((by_q * q0).abs(), by_q.abs() * reach);
             return Sample {
-                value: pull * edge.value,
-                slope: bend * edge.slope,
+                value: half_step * mean.value,
+                slope: product * mean.slope,
                 argument_rounding,
                 value_rounding,
             };
         }
-        let drag = self.along.dissipation_of(width.half().mul_add(v, q0), v, drive.force());
-        let by_q = pull.half().mul_add(drag.by_q, by_q);
+        let drag = self.edge.dissipation_of(width.half().mul_add(v, q0), v, drive.force());
+        let by_q = half_step.half().mul_add(drag.by_q, by_q);
         Sample {
-            value: pull.mul_add(edge.value, pull * drag.value),
+            value: half_step.mul_add(mean.value, half_step * drag.value),
             // The slope of the mean comes last, because the other terms wait for it.
-            slope: bend.mul_add(edge.slope, bend.half().mul_add(drag.by_q, pull * drag.by_p)),
+            slope: product
+                .mul_add(mean.slope, product.half().mul_add(drag.by_q, half_step * drag.by_p)),
             argument_rounding: (by_q * q0).abs(),
             value_rounding: by_q.abs() * reach,
         }
     }
 }
 
-/// The equation of [`Pull`], restricted to one side of all singularities: beyond them its slope
-/// makes every solver refuse the step.
-struct Guarded<'a, 'b, T, S: ?Sized, F>(Pull<'a, 'b, T, S, F>);
+/// [`MomentumEquation`], restricted to one side of all singularities: beyond them its slope makes
+/// every solver refuse the step.
+struct WithinSingularities<'a, 'b, T, S: ?Sized, F>(MomentumEquation<'a, 'b, T, S, F>);
 
-impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T> for Guarded<'_, '_, T, S, F> {
+impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T>
+    for WithinSingularities<'_, '_, T, S, F>
+{
     fn at(&mut self, share: T, v: T) -> Sample<T> {
         let Coordinate { q: q0, rates, .. } = *self.0.coordinate;
-        let Along { system, j, ref q, .. } = *self.0.along;
+        let Edge { system, j, ref q, .. } = *self.0.edge;
         if system.is_singular_along(q, j, (share * rates.q).mul_add(v, q0)) {
             let slope = T::from_f64(f64::NEG_INFINITY);
             return Sample {
@@ -163,17 +168,17 @@ impl<T: Scalar, F: Known<T>> Coordinate<T, F> {
     pub(crate) fn advance<S: Separable<T> + ?Sized>(
         self,
         solver: &impl Solver,
-        mut along: Along<'_, T, S>,
+        mut edge: Edge<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
-        if along.system.has_exact_divided_differences() && !along.system.may_be_singular() {
+        if edge.system.has_exact_divided_differences() && !edge.system.may_be_singular() {
             let root = solver.solve(
                 self.dof,
                 self.start(),
-                Pull { coordinate: &self, along: &mut along },
+                MomentumEquation { coordinate: &self, edge: &mut edge },
             )?;
-            return Ok(self.moved(root, along));
+            return Ok(self.moved(root, edge));
         }
-        self.advance_with_care(solver, along)
+        self.advance_with_care(solver, edge)
     }
 
     /// Moves the coordinate where the edge may not be resolved, or V may be singular on it.
@@ -181,18 +186,22 @@ impl<T: Scalar, F: Known<T>> Coordinate<T, F> {
     fn advance_with_care<S: Separable<T> + ?Sized>(
         &self,
         solver: &impl Solver,
-        mut along: Along<'_, T, S>,
+        mut edge: Edge<'_, T, S>,
     ) -> Result<Moved<T>, StepFailure> {
-        match solver.solve(self.dof, self.start(), Pull { coordinate: self, along: &mut along }) {
-            Ok(root) if !self.is_singular(&along, root.x) => Ok(self.moved(root, along)),
-            outcome => self.around(solver, along, outcome),
+        match solver.solve(
+            self.dof,
+            self.start(),
+            MomentumEquation { coordinate: self, edge: &mut edge },
+        ) {
+            Ok(root) if !self.is_singular(&edge, root.x) => Ok(self.moved(root, edge)),
+            outcome => self.beyond_singularity(solver, edge, outcome),
         }
     }
 
     /// Whether V is singular on the edge to which this mean momentum leads.
     #[inline(always)]
-    fn is_singular<S: Separable<T> + ?Sized>(&self, along: &Along<'_, T, S>, v: T) -> bool {
-        along.system.is_singular_along(along.q, along.j, self.end(v))
+    fn is_singular<S: Separable<T> + ?Sized>(&self, edge: &Edge<'_, T, S>, v: T) -> bool {
+        edge.system.is_singular_along(edge.q, edge.j, self.end(v))
     }
 
     /// The mean momentum of free flight, from which the equation starts.
@@ -213,10 +222,10 @@ impl<T: Scalar, F: Known<T>> Coordinate<T, F> {
     /// solution on this side of the singularity, or returns the failure that names it.
     #[cold]
     #[inline(never)]
-    fn around<S: Separable<T> + ?Sized>(
+    fn beyond_singularity<S: Separable<T> + ?Sized>(
         &self,
         solver: &impl Solver,
-        mut along: Along<'_, T, S>,
+        mut edge: Edge<'_, T, S>,
         outcome: Result<Root<T>, StepFailure>,
     ) -> Result<Moved<T>, StepFailure> {
         // The solution beyond the singularity, or the end of free flight, where the iteration
@@ -225,18 +234,19 @@ impl<T: Scalar, F: Known<T>> Coordinate<T, F> {
             Ok(root) => (root.x, None),
             Err(failure) => (self.start(), Some(failure)),
         };
-        let (j, to) = (along.j, self.end(v));
+        let (j, to) = (edge.j, self.end(v));
         let (dof, from, end) = (self.dof, self.q.to_f64(), to.to_f64());
-        if self.is_singular(&along, v) {
-            let guarded = Guarded(Pull { coordinate: self, along: &mut along });
-            if let Ok(root) = solver.solve(self.dof, self.start(), guarded)
-                && !self.is_singular(&along, root.x)
+        if self.is_singular(&edge, v) {
+            let within =
+                WithinSingularities(MomentumEquation { coordinate: self, edge: &mut edge });
+            if let Ok(root) = solver.solve(self.dof, self.start(), within)
+                && !self.is_singular(&edge, root.x)
             {
-                return Ok(self.moved(root, along));
+                return Ok(self.moved(root, edge));
             }
             return Err(StepFailure::AcrossSingularity { dof, from, to: end });
         }
-        let Along { system, ref q, .. } = along;
+        let Edge { system, ref q, .. } = edge;
         let finite = |x: T| x.is_finite().all();
         let ends = finite(system.partial(q, j, self.q)) && finite(system.partial(q, j, to));
         match failure {
@@ -253,13 +263,13 @@ impl<T: Scalar, F: Known<T>> Coordinate<T, F> {
     pub(crate) fn moved<S: Separable<T> + ?Sized>(
         &self,
         root: Root<T>,
-        mut along: Along<'_, T, S>,
+        mut edge: Edge<'_, T, S>,
     ) -> Moved<T> {
         let Self { q: q0, p: p0, rates, dissipative, drive, .. } = *self;
         let v = root.x;
         let q = rates.q.mul_add(v, q0);
         let dw = if dissipative {
-            let drag = along.dissipation_of(rates.q.half().mul_add(v, q0), v, drive.force()).value;
+            let drag = edge.dissipation_of(rates.q.half().mul_add(v, q0), v, drive.force()).value;
             rates.w * drive.force().map_or(drag, |force| drag - force) * v
         } else {
             T::zero()

@@ -41,6 +41,7 @@
 pub(crate) mod equation;
 mod iteration;
 mod jacobian;
+pub(crate) mod lambda;
 mod update;
 
 use crate::commit;
@@ -50,8 +51,6 @@ use afterbay_core::{
     Curvature, Effort, InputError, Mask, Method, Quantity, Scalar, State, StepFailure, Vector,
 };
 use equation::Workspace;
-
-pub(crate) use iteration::{LARGEST_LAMBDA_NOISE, NEGLIGIBLE_ROUNDINGS};
 
 /// Gonzalez's discrete gradient method.
 #[derive(Clone, Copy, Debug, Default)]

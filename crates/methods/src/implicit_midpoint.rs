@@ -25,7 +25,8 @@
 //! equations are solved in `f64`.
 
 use crate::commit::commit;
-use crate::gonzalez::equation::{Lambda, Workspace};
+use crate::gonzalez::equation::Workspace;
+use crate::gonzalez::lambda::Lambda;
 use crate::kernels::reductions::max_norm;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, Scalar, State, StepFailure, Vector};
@@ -92,14 +93,14 @@ where
     let largest = |z: &V| max_norm(z.as_slice());
     let length = h.to_f64().abs();
     let [q, p] = [largest(q_mean), largest(p_mean)];
-    let made_of = [
+    let terms = [
         length.mul_add(largest(v), largest(dq)),
         length.mul_add(largest(hq) + largest(d), largest(dp)),
     ];
     let rounded = [gain.mul_add(p, q), gain.mul_add(q, p)];
     let rounding = DEFECT_ROUNDINGS * V::Scalar::EPSILON;
-    missing.iter().zip(made_of).zip(rounded).all(|((missing, made_of), rounded)| {
-        let allowed = LARGEST_DEFECT.mul_add(made_of, rounding * rounded);
+    missing.iter().zip(terms).zip(rounded).all(|((missing, terms), rounded)| {
+        let allowed = LARGEST_DEFECT.mul_add(terms, rounding * rounded);
         missing.iter().all(|x| x.abs() <= allowed)
     })
 }

@@ -49,8 +49,7 @@ pub use composition::Composition;
 pub use general::GeneralIncrement;
 pub(crate) use sweep::{Member, Stride, advance, sweep};
 
-use crate::balance::{self, Account};
-use crate::gradient_check::check_partials;
+use crate::balance::{Account, check_step, second_order_of_potential};
 use afterbay_core::{
     Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };
@@ -141,10 +140,10 @@ where
                     (None, 0) => sweep(system, stride, first_motor, state, there)?,
                     (None, _) => sweep(system, stride, first_motor, state, back)?,
                     (Some(friction), 0) => {
-                        rubbed(system, stride, first_motor, state, friction, there, back)?
+                        with_friction(system, stride, first_motor, state, friction, there, back)?
                     }
                     (Some(friction), _) => {
-                        rubbed(system, stride, first_motor, state, friction, back, there)?
+                        with_friction(system, stride, first_motor, state, friction, back, there)?
                     }
                 };
             }
@@ -164,26 +163,14 @@ pub(crate) fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
     if system.has_exact_divided_differences() {
         return Ok(());
     }
-    let sum = |x: &mut dyn Iterator<Item = T>| x.fold(T::zero(), |sum, x| sum + x);
-    let account = |[q, p, _]: [&[T]; 3]| {
+    let account = |q: &[T], p: &[T]| {
         let energy = system.energy(q, p);
-        let first_motor = p.len() - system.motors();
-        let moving = p[..first_motor].iter().enumerate();
-        let kinetic = sum(&mut moving.map(|(j, &p)| p * p / system.mass(j)));
+        let moving = p[..p.len() - system.motors()].iter().enumerate();
+        let kinetic = moving.fold(T::zero(), |sum, (j, &p)| sum + p * p / system.mass(j));
         Account { energy, size: kinetic + energy.abs() }
     };
-    let gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
-    let losses = sum(&mut before[2].iter().zip(after[2]).map(|(a, b)| a.abs() + b.abs()));
-    let second_order = || {
-        let terms =
-            |q: &[T]| sum(&mut (0..q.len()).map(|j| (q[j] * system.partial(q, j, q[j])).abs()));
-        let at = |q: &[T]| terms(q) + balance::rounding_of_potential(system, q);
-        check_partials(system, before[0], before[1])?;
-        Ok(at(before[0]) + at(after[0]))
-    };
-    let (before, after) = (account(before), account(after));
-    let size = before.size + losses;
-    balance::check(Account { size, ..before }, after, sum(&mut gains.into_iter()), second_order)
+    let second_order = || second_order_of_potential(system, [before[0], after[0]], before[1]);
+    check_step(before, after, account, second_order)
 }
 
 /// The given order, or the natural one.
@@ -204,7 +191,7 @@ fn ordering(
 
 /// Takes a sweep between two half steps of friction. The first half step visits the momenta in the
 /// order `there`, the second in the order `back`.
-fn rubbed<V, S>(
+fn with_friction<V, S>(
     system: &S,
     stride: Stride<V::Scalar>,
     first_motor: usize,

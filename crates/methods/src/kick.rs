@@ -18,7 +18,8 @@ pub(crate) fn kick<T: Scalar, S: Separable<T> + ?Sized>(
     q: &[T],
     momenta: &mut [T],
     j: usize,
-    [kicked, s]: [T; 2],
+    kicked: T,
+    s: T,
 ) -> Result<Kicked<T>, StepFailure> {
     let root = Newton.solve(j, kicked, |scale, p| {
         momenta[j] = p;

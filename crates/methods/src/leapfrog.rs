@@ -211,7 +211,7 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
                 drag[j] = by_p * p_half[j];
                 q1[j] = (step * keep).mul_add(kicked, q0[j]);
             } else {
-                let half = kick(*system, q0, p_half, j, [kicked, half_h])?;
+                let half = kick(*system, q0, p_half, j, kicked, half_h)?;
                 drag[j] = push.map_or(half.drag, |push| half.drag - push.force);
                 q1[j] = step.mul_add(half.p, q0[j]);
                 iterations += half.iterations;

@@ -10,7 +10,7 @@
 //! of a span, separately for q and p and thus independently of their units.
 
 use crate::legendre::{gauss, narrow};
-use afterbay_core::{Mask, Quad, Quantity, Scalar, StepFailure, Vector};
+use afterbay_core::{Mask, Quad, Quantity, Scalar, StepFailure, Vector, larger_or_nan};
 use std::sync::LazyLock;
 
 /// The largest number of spans, and hence about the largest h |A|. A choice:
@@ -158,24 +158,21 @@ impl<V: Vector> LinearFlow<V> {
         let last = self.sizes(count - 1);
         let largest = (0..count).fold([0.0_f64; 2], |most, k| {
             let now = self.sizes(k);
-            [0, 1].map(|i| if now[i] > most[i] || now[i].is_nan() { now[i] } else { most[i] })
+            [0, 1].map(|i| larger_or_nan(most[i], now[i]))
         });
         // If the terms grow throughout, their ratio estimates |A| span divided by their number.
         let one = |i: usize| {
             let share = last[i] / (V::Scalar::EPSILON * largest[i]);
             if last[i] == 0.0 { 1.0 } else { share.powf(1.0 / (count - 1) as f64) }
         };
-        let [q, p] = [one(0), one(1)];
-        if q.is_nan() || p.is_nan() { f64::NAN } else { q.max(p).max(1.0) }
+        [1.0, one(0), one(1)].into_iter().fold(0.0, larger_or_nan)
     }
 
     /// The largest absolute entries of a term, or NaN if an entry is NaN.
     fn sizes(&self, k: usize) -> [f64; 2] {
         [0, 1].map(|i| {
-            self.terms[k][i].as_slice().iter().fold(0.0, |most: f64, x| {
-                let x = x.to_f64().abs();
-                if x > most || x.is_nan() { x } else { most }
-            })
+            let sizes = self.terms[k][i].as_slice().iter().map(|x| x.to_f64().abs());
+            sizes.fold(0.0, larger_or_nan)
         })
     }
 

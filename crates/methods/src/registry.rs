@@ -17,7 +17,7 @@ mod stepper;
 mod table;
 
 use crate::moddg::steps::Equation;
-use afterbay_core::{Abilities, InputError, Scalar};
+use afterbay_core::{Abilities, InputError, Scalar, validate};
 use binding::{Form, Target};
 use std::sync::Arc;
 
@@ -152,11 +152,15 @@ impl Needs {
 ///
 /// # Errors
 /// [`InputError::Unsupported`] where the system lacks an ability the method needs, or the method
-/// does not run in this scalar.
+/// does not run in this scalar, and [`InputError::Mass`] for a mass that is not positive and
+/// finite, also where the method uses none.
 pub fn bind<T: Number>(row: &Row, system: Arc<dyn Abilities<T>>) -> Result<Run<T>, InputError> {
     if system.dof() == 0 {
         let why = "the system has no degree of freedom";
         return Err(InputError::Unsupported { method: row.name, why });
+    }
+    if let Some(separable) = system.clone().separable() {
+        validate::masses(&*separable)?;
     }
     T::bind(row, &system)
 }

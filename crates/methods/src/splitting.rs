@@ -306,14 +306,14 @@ impl<V: Vector> Workspace<V> {
             let pushed = supply.map_or(V::Scalar::zero(), |supply| supply.force);
             let force = pushed - hq.as_slice()[j];
             let kicked = s.mul_add(force, p[j]);
-            let half = kick(system, q, momenta, j, [kicked, s])?;
+            let half = kick(system, q, momenta, j, kicked, s)?;
             iterations += half.iterations;
-            let way = (s + t) * inverse_mass.as_slice()[j] * half.p;
+            let displacement = (s + t) * inverse_mass.as_slice()[j] * half.p;
             p[j] = t.mul_add(force - half.drag, half.p);
-            gain[j] = way.mul_add(half.drag - pushed, gain[j]);
+            gain[j] = displacement.mul_add(half.drag - pushed, gain[j]);
             if let Some(supply) = supply {
-                p[supply.motor] = way.mul_add(supply.force, p[supply.motor]);
-                gain[supply.motor] = way.mul_add(-supply.force, gain[supply.motor]);
+                p[supply.motor] = displacement.mul_add(supply.force, p[supply.motor]);
+                gain[supply.motor] = displacement.mul_add(-supply.force, gain[supply.motor]);
             }
         }
         // The momentum of a clock is the energy pumped.

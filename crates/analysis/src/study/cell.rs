@@ -94,8 +94,8 @@ pub enum Leg<P> {
     Further(P),
 }
 
-/// The bytes of a reference at so many times: q, p and w of each degree of freedom, the time, and
-/// the doubts.
+/// The bytes of a reference at this number of times: q, p and w of each degree of freedom, the
+/// time, and the doubts.
 pub(crate) fn reference_bytes(degrees: usize, times: f64) -> f64 {
     8.0 * times * (3.0 * degrees as f64 + 3.0)
 }
@@ -126,20 +126,29 @@ pub fn map_cells<T: Send, E: Send>(
         (0..indices.len()).partition(|&at| place(at).timed);
     // The most expensive cells come first, so that no thread is left with one at the end.
     free.sort_by(|&a, &b| place(b).cost.total_cmp(&place(a).cost));
-    let next = AtomicUsize::new(0);
-    let work = |_| {
-        let mut done = Vec::new();
-        while let Some(&at) = free.get(next.fetch_add(1, Ordering::Relaxed)) {
-            done.push((at, compute(indices[at])?));
-        }
-        Ok(done)
-    };
-    let workers = (0..rayon::current_num_threads()).into_par_iter().with_max_len(1);
-    let of_workers = workers.map(work).collect::<Result<Vec<_>, E>>()?;
-    let mut done: Vec<(usize, T)> = of_workers.into_iter().flatten().collect();
+    let mut done = map_queue(&free, |at| compute(indices[at]).map(|found| (at, found)))?;
     for at in timed {
         done.push((at, compute(indices[at])?));
     }
     done.sort_by_key(|done| done.0);
     Ok(done.into_iter().map(|done| done.1).collect())
+}
+
+/// Maps the entries of a queue in parallel: a thread takes the next entry when it has finished one.
+/// The results are in no particular order.
+pub(crate) fn map_queue<Q: Copy + Sync, T: Send, E: Send>(
+    queue: &[Q],
+    compute: impl Fn(Q) -> Result<T, E> + Sync,
+) -> Result<Vec<T>, E> {
+    let next = AtomicUsize::new(0);
+    let work = |_| {
+        let mut done = Vec::new();
+        while let Some(&entry) = queue.get(next.fetch_add(1, Ordering::Relaxed)) {
+            done.push(compute(entry)?);
+        }
+        Ok(done)
+    };
+    let workers = (0..rayon::current_num_threads()).into_par_iter().with_max_len(1);
+    let of_workers = workers.map(work).collect::<Result<Vec<_>, E>>()?;
+    Ok(of_workers.into_iter().flatten().collect())
 }

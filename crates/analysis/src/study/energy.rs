@@ -2,17 +2,15 @@
 
 use super::cell::{Cell, Study, compute_all, reference_bytes};
 use super::outcome::Ending;
-use super::passivity::Passivity;
+use super::watch::Watch;
 use super::{PUMPED, Problem, numbered};
 use crate::progress::{Piece, Progress};
+use crate::solution::accounts;
 use crate::words::{Word, word};
 use crate::{Measured, Model, Solution};
-use afterbay_core::{
-    Accounts, Grid, IntegrateError, Motors, StateRef, System, accounts, larger_or_nan,
-};
+use afterbay_core::{Accounts, Grid, IntegrateError, Motors, StateRef, System};
 use afterbay_methods::registry::Row;
 use serde::{Deserialize, Serialize};
-use std::ops::ControlFlow;
 
 /// A row of `energy.csv`, under the [`columns`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -157,35 +155,30 @@ fn follow(
 ) -> Result<EnergyRun, IntegrateError> {
     let (system, method) = (problem.model.system::<f64>()?, problem.model.bind(row)?);
     let mut state = problem.start()?;
-    let total = state.total(&*system);
     let (n, motors) = (problem.model.degrees(), problem.model.motors());
     let reference = Reference { system: &*system, solution, n, motors: &motors };
     let grid = Grid::<f64>::new(*h, problem.end)?;
-    let (mut rows, mut drift, mut largest) = (Vec::new(), 0.0_f64, Measured::default());
-    let (mut energy_before, mut done) = (None, 0);
+    let mut watch = Watch::new(&*system, &problem.model, state.state_ref())?;
+    let (mut rows, mut largest, mut energy_before) = (Vec::new(), Measured::default(), None);
     let mut piece = Piece::new(progress);
-    let mut passivity = Passivity::new(&problem.model, state.state_ref())?;
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
-        done = step;
         piece.reach(step, grid.steps);
         let energy = energy_of(&*system, state, n);
-        let off = state.total(&*system) - total;
-        drift = larger_or_nan(drift, off.abs());
-        passivity.see(state);
+        let drift = watch.see(step, state);
         let found = accounts(state, &motors);
         let w_error = reference.error_of_w(&found.w, step as usize);
         let doubt = solution.doubt_at(step as usize).w;
         largest = largest.larger(Measured { error: w_error.abs(), doubt });
         if step % every == 0 || step == grid.steps {
             let ratio = energy_before.and_then(|before| finite(energy / before));
-            let own = Own { method: row.name, h: *h, t: state.t, energy, drift: off, ratio };
+            let own = Own { method: row.name, h: *h, t: state.t, energy, drift, ratio };
             rows.push(reference.compare(own, (found, w_error), step as usize));
         }
         energy_before = Some(energy);
-        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        progress.flow()
     });
-    let violations = passivity.violations();
-    let ending = Ending::of(&result, grid.steps, done);
+    let ending = Ending::of(&result, grid.steps, watch.steps);
+    let (drift, violations) = (watch.drift, watch.violations());
     Ok(EnergyRun { method: row.name, rows, drift, w: largest, violations, ending })
 }
 

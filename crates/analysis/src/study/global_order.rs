@@ -9,7 +9,6 @@ use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::ops::ControlFlow;
 
 /// The largest error that may be rounding, relative to the largest value of the variable. A
 /// choice, well above the roundings of a run.
@@ -217,7 +216,7 @@ fn largest_error(
         piece.reach(step, grid.steps);
         let errors = solution.errors(stride * step as usize, state);
         largest.iter_mut().zip(errors).for_each(|(largest, now)| *largest = largest.larger(now));
-        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        progress.flow()
     });
     let ending = Ending::of(&result, grid.steps, done);
     let doubt = solution.doubt();

@@ -27,7 +27,7 @@ pub(super) struct SizeHistory {
 }
 
 impl SizeHistory {
-    /// Of a run of so many returns.
+    /// The history of a run of `last` returns.
     pub(super) fn new(dof: usize, last: u64) -> Self {
         Self { last, parts: vec![Ranges::nothing(dof); PARTS] }
     }

@@ -86,9 +86,9 @@ impl LocalOrder {
         compute_all(&self.of::<T>(problem, methods), progress)
     }
 
-    /// The summaries of [`LocalOrder::run`] on each horizon [0, end], with each step taken once: the
-    /// grid of a shorter horizon is the beginning of that of the longest. The end of the problem is
-    /// not used.
+    /// The summaries of [`LocalOrder::run`] on each horizon [0, end], with each step taken once:
+    /// the grid of a shorter horizon is the beginning of that of the longest. The end of the
+    /// problem is not used.
     ///
     /// # Errors
     /// Those of [`LocalOrder::run`] on the longest horizon.

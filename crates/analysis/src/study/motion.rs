@@ -12,7 +12,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// A run that has not begun, of so many degrees of freedom.
+    /// A run that has not begun, of `dof` degrees of freedom.
     pub(super) fn new(dof: usize) -> Self {
         Self { run: Ranges::nothing(dof), settled: Ranges::nothing(dof) }
     }

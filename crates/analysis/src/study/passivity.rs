@@ -1,7 +1,8 @@
 //! Steps that violate passivity.
 
 use crate::Model;
-use afterbay_core::{Accounts, InputError, Motors, Passive, StateRef, accounts};
+use crate::solution::accounts;
+use afterbay_core::{Accounts, InputError, Motors, Passive, StateRef};
 
 /// Counts the steps that violate passivity, see [`Passive::violated`]. The work of a drive is in an
 /// account of its own and does not count.

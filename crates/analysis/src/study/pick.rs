@@ -17,6 +17,7 @@ mod times;
 mod trial;
 
 use super::Problem;
+use crate::digits::in_full;
 use crate::measured::Doubt;
 use crate::progress::Progress;
 use afterbay_core::{IntegrateError, Passive, StateRef, larger_or_nan};
@@ -28,7 +29,6 @@ use search::{Found, Search};
 pub use sensitivity::TooSensitive;
 use serde::Serialize;
 use setting::Choice;
-use std::ops::ControlFlow;
 use std::sync::atomic::AtomicU64;
 pub use times::Times;
 use trial::Bench;
@@ -50,6 +50,7 @@ pub struct Wanted {
 impl Wanted {
     /// The times at which errors count, in words.
     pub fn place(&self, end: f64) -> String {
+        let end = in_full(end);
         if self.at_end { format!("at t = {end}") } else { format!("all along to t = {end}") }
     }
 }
@@ -201,7 +202,7 @@ fn finer(
             if matches!(setting, Choice::Steps(..)) && !at_end {
                 seen.extend([state.q, state.p, state.w].concat());
             }
-            if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            progress.flow()
         };
         let every = match setting {
             Choice::Tolerance(..) => 1,

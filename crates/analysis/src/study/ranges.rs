@@ -9,7 +9,7 @@ use afterbay_core::{Scalar, StateRef};
 pub(super) struct Ranges<T = f64>(Vec<[T; 2]>);
 
 impl<T: Scalar> Ranges<T> {
-    /// The ranges of no state yet, for so many degrees of freedom.
+    /// Ranges without a state, for `dof` degrees of freedom.
     pub(super) fn nothing(dof: usize) -> Self {
         Self(vec![nothing(); 2 * dof])
     }

@@ -4,17 +4,15 @@ use super::Problem;
 use super::cell::{Cell, Study, compute_all};
 use super::kept::LargestEnergy;
 use super::outcome::{COMPLETED, Ending};
-use super::passivity::Passivity;
+use super::watch::Watch;
 use crate::progress::Progress;
 use crate::words::{Word, word};
 use crate::{Measured, Solution};
 use afterbay_core::{
     Abilities, Effort, Grid, InputError, IntegrateError, State, StateRef, Statistics, Tolerance,
-    larger_or_nan,
 };
 use afterbay_methods::registry::{Row, Setting};
 use serde::{Deserialize, Serialize};
-use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -75,15 +73,20 @@ impl WorkRow {
 
     /// The step or the tolerance, in words.
     pub fn setting(&self) -> String {
-        match self.tolerance {
-            Some(tolerance) => format!("tolerance = {tolerance:e}"),
-            None => format!("step = {:?}", self.h),
-        }
+        setting_in_words(self.h, self.tolerance)
     }
 
     /// The ending of the run.
     pub fn ending(&self) -> Ending {
         Ending { outcome: self.outcome, failure: self.failure.clone() }
+    }
+}
+
+/// The step of a run, or the tolerance from which its steps follow, in words.
+pub(super) fn setting_in_words(h: f64, tolerance: Option<f64>) -> String {
+    match tolerance {
+        Some(tolerance) => format!("tolerance = {tolerance:e}"),
+        None => format!("step = {h:?}"),
     }
 }
 
@@ -200,35 +203,13 @@ pub fn run(
     Ok(WorkPrecision::rows(compute_all(&study, progress)?))
 }
 
-/// Observes a run.
-struct Watch<'a> {
-    system: Arc<dyn Abilities<f64>>,
-    total: f64,
-    drift: f64,
+/// A run as observed at all its steps.
+struct Observed {
+    watch: Watch<Arc<dyn Abilities<f64>>>,
     largest: LargestEnergy,
-    steps: u64,
-    passivity: Passivity,
-    progress: &'a dyn Progress,
 }
 
-impl<'a> Watch<'a> {
-    fn new(problem: &Problem, progress: &'a dyn Progress) -> Result<Self, IntegrateError> {
-        let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
-        let passivity = Passivity::new(&problem.model, start.state_ref())?;
-        let (total, mut largest) = (start.total(&*system), LargestEnergy::default());
-        largest.see(&*system, start.state_ref());
-        Ok(Self { system, total, drift: 0.0, largest, steps: 0, passivity, progress })
-    }
-
-    fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
-        let off = (state.total(&*self.system) - self.total).abs();
-        self.drift = larger_or_nan(self.drift, off);
-        self.largest.see(&*self.system, state);
-        self.passivity.see(state);
-        self.steps = step;
-        if self.progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
+impl Observed {
     /// The row of a run at a step or a tolerance, from its final state.
     fn row(
         self,
@@ -247,17 +228,17 @@ impl<'a> Watch<'a> {
             outcome,
             error_qp: errors.map(|[q, p, _]| q.larger(p).error),
             error_w: errors.map(|[.., w]| w.error),
-            k_drift: self.drift,
-            passivity_violations: self.passivity.violations(),
+            k_drift: self.watch.drift,
+            passivity_violations: self.watch.violations(),
             seconds: None,
-            steps: self.steps,
+            steps: self.watch.steps,
             evaluations: effort.map(|effort| effort.evaluations),
             iterations: effort.map(|effort| effort.iterations),
             failure,
             doubt_qp: doubt.qp,
             doubt_w: doubt.w,
             tolerance,
-            k_share: self.largest.share(self.drift),
+            k_share: self.largest.share(self.watch.drift),
         }
     }
 }
@@ -271,11 +252,19 @@ pub(super) fn errors(
     progress: &dyn Progress,
 ) -> Result<WorkRow, IntegrateError> {
     let (method, mut state) = (problem.model.bind(row)?, problem.start()?);
-    let mut watch = Watch::new(problem, progress)?;
-    let result = method.run(setting, &mut state, 1, &mut |step, state| watch.see(step, state));
+    let system = problem.model.system::<f64>()?;
+    let mut watch = Watch::new(system.clone(), &problem.model, state.state_ref())?;
+    let mut largest = LargestEnergy::default();
+    largest.see(&*system, state.state_ref());
+    let result = method.run(setting, &mut state, 1, &mut |step, state| {
+        watch.see(step, state);
+        largest.see(&*system, state);
+        progress.flow()
+    });
     let (ending, h, tolerance) = ended(&result, setting, watch.steps, &state, problem.end)?;
     let effort = result.ok().map(|statistics| statistics.effort);
-    Ok(watch.row((row.name, h, tolerance), (ending, effort), &state, exact))
+    let run = Observed { watch, largest };
+    Ok(run.row((row.name, h, tolerance), (ending, effort), &state, exact))
 }
 
 /// The ending of a run of `steps` steps, its step size and its tolerance. The step size is the mean
@@ -339,9 +328,7 @@ pub(super) fn time(
     };
     let start = problem.start()?;
     let (mut best, mut all, mut repeats) = (Duration::MAX, Duration::ZERO, 0);
-    let mut look = |_: u64, _: StateRef<'_, f64>| {
-        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
+    let mut look = |_: u64, _: StateRef<'_, f64>| progress.flow();
     while (repeats < REPEATS || all < LONG_ENOUGH) && !progress.stopped() {
         let mut state = start.clone();
         let clock = Instant::now();

@@ -16,7 +16,7 @@ impl Progress for After {
     }
 }
 
-/// Asks to stop after it was asked so many times.
+/// Asks to stop once it was asked this number of times.
 pub(crate) struct AfterAsked(pub(crate) AtomicU64);
 
 impl Progress for AfterAsked {

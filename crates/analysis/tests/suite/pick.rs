@@ -175,6 +175,13 @@ fn what_is_recommended_holds_all_along() {
     assert!(checks >= 50, "{checks}");
 }
 
+#[test]
+fn a_short_end_is_printed_with_an_exponent() {
+    let alone = Wanted { at_end: true, ..wanted(1e-8) };
+    assert_eq!(wanted(1e-8).place(2e-12), "all along to t = 2e-12");
+    assert_eq!([alone.place(2e-12), alone.place(20.0)], ["at t = 2e-12", "at t = 20"]);
+}
+
 /// An error of half the amplitude is no small error, in whatever units.
 #[test]
 fn small_units_are_no_small_errors() {

@@ -4,7 +4,7 @@ use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::{Problem, global_order};
 use afterbay_analysis::{Doubt, Model, Solution};
 use afterbay_core::taylor::{Pace, Sampled, follow};
-use afterbay_core::{IntegrateError, Quad, Scalar, Series, State, System, Tolerance};
+use afterbay_core::{Grid, IntegrateError, Quad, Scalar, Series, State, System, Tolerance};
 use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{
     Custom, CustomDrive, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText,
@@ -57,8 +57,8 @@ where
 {
     let start: State<Vec<Quad>> = problem.start().expect("a state");
     let (mut last, pace) = (start.clone(), Pace { share: 0.6, ..Pace::FULL });
-    let (defect, run) = (Sampled(system), (Quad::from_f64(problem.end), 1));
-    follow((system, &defect), &start, run, pace, &|| false, &mut |_, state| last = state)
+    let (defect, grid) = (Sampled(system), Grid { h: Quad::from_f64(problem.end), steps: 1 });
+    follow(system, &defect, &start, grid, pace, &|| false, &mut |_, state| last = state)
         .expect("a run");
     last
 }

@@ -381,8 +381,8 @@ fn a_full_disk_ends_with_5_and_tears_nothing() {
     assert_eq!(place.tables("full"), place.tables("whole"));
 }
 
-/// A command whose output cannot be printed ends with exit code 5. If a message of failure cannot be
-/// printed, the exit code is that of the failure.
+/// A command whose output cannot be printed ends with exit code 5. If a message of failure cannot
+/// be printed, the exit code is that of the failure.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_stream_without_room_is_no_panic() {

@@ -44,6 +44,8 @@ impl Mask for bool {
 }
 
 /// A real number, or several in SIMD lanes.
+///
+/// It has the functions of the expressions in scenes; min and max are a [`Scalar::select`].
 pub trait Scalar:
     Copy
     + Debug
@@ -149,6 +151,76 @@ pub trait Scalar:
     #[inline(always)]
     fn recip(self) -> Self {
         Self::one() / self
+    }
+
+    /// self to the power n, by products; for n < 0 the reciprocal of that for -n.
+    #[inline]
+    fn powi(self, n: i32) -> Self {
+        let (mut power, mut square, mut rest) = (Self::one(), self, n.unsigned_abs());
+        while rest > 0 {
+            if rest % 2 == 1 {
+                power *= square;
+            }
+            rest /= 2;
+            if rest > 0 {
+                square *= square;
+            }
+        }
+        if n < 0 { power.recip() } else { power }
+    }
+
+    // Nothing cancels in the functions below.
+
+    /// sin self
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.sin_cos().0
+    }
+    /// cos self
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.sin_cos().1
+    }
+    /// tan self
+    #[inline(always)]
+    fn tan(self) -> Self {
+        let (sin, cos) = self.sin_cos();
+        sin / cos
+    }
+    /// The angle between -π/2 and π/2 whose sine is self. By half of it no divisor is 0.
+    #[inline]
+    fn asin(self) -> Self {
+        let one = Self::one();
+        let half = (self / (one + ((one - self) * (one + self)).sqrt())).atan();
+        half + half
+    }
+    /// The angle between 0 and π whose cosine is self, by a quarter of it.
+    #[inline]
+    fn acos(self) -> Self {
+        let (one, root) = (Self::one(), (Self::one() + Self::one()).sqrt());
+        let quarter = ((one - self).sqrt() / (root + (one + self).sqrt())).atan();
+        Self::from_f64(4.0) * quarter
+    }
+    /// (e^self - e^-self)/2
+    #[inline]
+    fn sinh(self) -> Self {
+        let (one, e) = (Self::one(), self.abs().exp_m1());
+        let sinh = (e + Self::select(e.is_finite(), e / (e + one), one)).half();
+        Self::select(self.lt(Self::zero()), -sinh, sinh)
+    }
+    /// (e^self + e^-self)/2
+    #[inline]
+    fn cosh(self) -> Self {
+        // In Quad, e^x of a large negative x underflows in its low part.
+        let e = self.abs().exp();
+        (e + e.recip()).half()
+    }
+    /// sinh self / cosh self
+    #[inline]
+    fn tanh(self) -> Self {
+        let e = (-(self.abs() + self.abs())).exp_m1();
+        let tanh = -e / (e + Self::one() + Self::one());
+        Self::select(self.lt(Self::zero()), -tanh, tanh)
     }
 }
 

@@ -13,7 +13,8 @@
 //! derivative. (R. Krawczyk, A. Neumaier, SIAM J. Numer. Anal. 22 (1985);
 //! T. W. Reps, L. B. Rall, Higher-Order and Symbolic Computation 16 (2003).)
 
-use super::divided::elementary as divided;
+use super::divided::{acos, asin, elementary as divided};
+use super::line::Line;
 use super::scalar::{Mask, Scalar};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -90,6 +91,13 @@ impl<T: Scalar> Slope<T> {
     #[inline(always)]
     fn under(self, start: T, end: T, divided: T) -> Self {
         Self { start, end, slope: divided * self.slope, width: self.width }
+    }
+
+    /// φ of the function, given φ and φ[a, b].
+    #[inline(always)]
+    fn by(self, function: impl Fn(T) -> T, divided: impl Fn(T, T) -> Line<T>) -> Self {
+        let (start, end) = (self.start, self.end);
+        self.under(function(start), function(end), divided(start, end).value)
     }
 
     /// (f(a) + f(b))/2
@@ -222,18 +230,15 @@ impl<T: Scalar> Scalar for Slope<T> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp(self) -> Self {
-        let divided = divided::exp(self.start, self.end).value;
-        self.under(self.start.exp(), self.end.exp(), divided)
+        self.by(T::exp, divided::exp)
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn exp_m1(self) -> Self {
-        let divided = divided::exp(self.start, self.end).value;
-        self.under(self.start.exp_m1(), self.end.exp_m1(), divided)
+        self.by(T::exp_m1, divided::exp)
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn ln(self) -> Self {
-        let divided = divided::ln(self.start, self.end).value;
-        self.under(self.start.ln(), self.end.ln(), divided)
+        self.by(T::ln, divided::ln)
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn sin_cos(self) -> (Self, Self) {
@@ -243,8 +248,27 @@ impl<T: Scalar> Scalar for Slope<T> {
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn atan(self) -> Self {
-        let divided = divided::atan(self.start, self.end).value;
-        self.under(self.start.atan(), self.end.atan(), divided)
+        self.by(T::atan, divided::atan)
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn asin(self) -> Self {
+        self.by(T::asin, asin)
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn acos(self) -> Self {
+        self.by(T::acos, acos)
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn sinh(self) -> Self {
+        self.by(T::sinh, divided::sinh)
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn cosh(self) -> Self {
+        self.by(T::cosh, divided::cosh)
+    }
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn tanh(self) -> Self {
+        self.by(T::tanh, divided::tanh)
     }
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn floor(self) -> Self {
@@ -306,7 +330,14 @@ mod tests {
         let (sin, cos) = (x * x).sin_cos();
         let bell = (-(x - two) * x).exp() / (one + x * x);
         let bowl = ((x + two) * (x + two) + one).sqrt() * (one + sin.abs()).ln();
-        bell * cos - bowl.half() + (x * sin).atan() - (x - one).exp_m1().mul_add(x, cos)
+        bell * cos - bowl.half() + (x * sin).atan() - (x - one).exp_m1().mul_add(x, cos) + g(x)
+    }
+
+    /// A function made of the functions that other scalars compute by those above.
+    fn g<T: Scalar>(x: T) -> T {
+        let share = (x - T::one()).over(5.0);
+        let arcs = share.asin() * share.acos() + share.tan();
+        arcs + (x * x).tanh() * x.sinh() - x.cosh() + x.cos() * x.sin() + (x + x).powi(3)
     }
 
     #[test]
@@ -332,6 +363,16 @@ mod tests {
                     assert!((found - exact).abs() < 1e-14 * (1.0 + exact.abs()), "{found} {exact}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn small_slopes_have_all_digits() {
+        for [a, b] in [[1e-9, 2e-9], [-0.7, 0.3], [0.5, 0.5]] {
+            let x = Slope::between(a, b);
+            let found = [x.asin(), x.acos(), x.sinh(), x.cosh(), x.tanh()].map(|f| f.slope);
+            let closed = [asin, acos, divided::sinh, divided::cosh, divided::tanh];
+            assert_eq!(found, closed.map(|f| f(a, b).value));
         }
     }
 

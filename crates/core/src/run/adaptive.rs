@@ -39,10 +39,10 @@ pub struct Statistics {
 /// Integrates from `state` to the time `end` and passes every accepted step to `observer`.
 ///
 /// # Errors
-/// [`IntegrateError::Input`] if the state does not fit the system, the method does not apply, or
-/// the tolerance or the end is invalid; nothing was computed then. [`IntegrateError::Run`] if steps
-/// fail at every length or shrink until t + h = t; `state` is then that of the last successful
-/// step.
+/// [`IntegrateError::Input`] if [`System::check`] refuses the system, the state does not fit it,
+/// the method does not apply, or the tolerance or the end is invalid; nothing was computed then.
+/// [`IntegrateError::Run`] if steps fail at every length or shrink until t + h = t; `state` is then
+/// that of the last successful step.
 pub fn integrate_within<V, S, M, O>(
     method: &M,
     system: &S,
@@ -194,6 +194,7 @@ where
         end: V::Scalar,
         state: &State<V>,
     ) -> Result<Self, InputError> {
+        system.check()?;
         state.check(system.dof())?;
         tolerance.check::<V::Scalar>()?;
         control.check()?;

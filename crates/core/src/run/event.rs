@@ -1,6 +1,7 @@
 //! Events: zeros of functions of the state along a run.
 
 mod first;
+mod own_step;
 mod side;
 
 use super::grid::Grid;
@@ -8,12 +9,13 @@ use super::method::Effort;
 use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::system::{State, StateRef};
 use first::{FirstEvent, Found, first_event};
+use own_step::{Rest, own_step, stepped};
 use side::Side;
 use std::ops::ControlFlow;
 
 /// The most events in one step of the grid. A ball that comes to rest by bouncing has infinitely
 /// many.
-pub const MOST_EVENTS: u64 = 1000;
+const MOST_EVENTS: u64 = 1000;
 /// The largest value of a function at its zero, in roundings of its values at the ends of the step.
 /// A choice.
 const NOISE_ROUNDINGS: f64 = 64.0;
@@ -46,7 +48,7 @@ impl Direction {
 
 /// A function of the state whose zeros are looked for.
 pub struct Event<'a> {
-    /// The function.
+    /// The function, continuous where it crosses zero.
     pub function: &'a (dyn Fn(StateRef<'_, f64>) -> f64 + Sync),
     /// The direction in which it crosses zero.
     pub direction: Direction,
@@ -76,10 +78,13 @@ pub struct EventState<'a> {
 /// Receives the index of an event in the list and the state there. `Break` ends the run.
 pub type OnEvent<'a> = &'a mut dyn FnMut(usize, EventState<'_>) -> ControlFlow<()>;
 
-/// Takes a step of the given length. The state is unchanged after an error, and its time is not
-/// set.
+/// Receives a state between two of a method's own steps. `Break` ends the step there.
+pub type Watch<'a, T = f64> = &'a mut dyn FnMut(StateRef<'_, T>) -> ControlFlow<()>;
+
+/// Takes a step of the given length. A method that chooses its steps passes the states between its
+/// own steps to the watch. The state is unchanged after an error, and its time is not set.
 pub type TakeStep<'a> =
-    &'a mut dyn FnMut(f64, &mut State<Vec<f64>>) -> Result<Effort, IntegrateError>;
+    &'a mut dyn FnMut(f64, &mut State<Vec<f64>>, Watch<'_>) -> Result<Effort, IntegrateError>;
 
 /// [`integrate`](super::integrate) with events. An event within a step is the end of a shorter step
 /// of the same method: it has the accuracy of the method, and K is kept if the method keeps it.
@@ -87,18 +92,22 @@ pub type TakeStep<'a> =
 /// order of the list. w is rounded at every step: it is not summed in blocks, as it is without
 /// events.
 ///
-/// A function that crosses zero twice within one step shows no event there, unless it is beyond
-/// zero at an event of another function. A pole is no event.
+/// Events are looked for in each step of the grid, and with a method that chooses its steps in each
+/// of these. A function that crosses zero twice within one step shows no event there, unless it is
+/// beyond zero at an event of another function. A pole is no event. Nor is a jump over zero, such
+/// as that of sign x or of an angle reduced to [-π, π), unless the function is a wall: pass a
+/// function that is continuous at its zeros.
 ///
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`InputError::Step`] if h is not positive,
-/// [`StepFailure::EventsAccumulate`] where more than [`MOST_EVENTS`] events fall into one step of
-/// the grid, and [`InputError`] where an event leaves a state that is not finite.
+/// [`StepFailure::EventsAccumulate`] where more than 1000 events fall into one step of the grid,
+/// and [`InputError`] where an event leaves a state that is not finite.
 pub fn integrate_with_events(
     step: TakeStep<'_>,
     grid: Grid<f64>,
     state: &mut State<Vec<f64>>,
-    (events, happen): (&[Event<'_>], OnEvent<'_>),
+    events: &[Event<'_>],
+    happen: OnEvent<'_>,
     observer: &mut dyn FnMut(u64, StateRef<'_, f64>) -> ControlFlow<()>,
 ) -> Result<Effort, IntegrateError> {
     let start = state.t;
@@ -113,36 +122,30 @@ pub fn integrate_with_events(
         return Ok(effort);
     }
     for n in 1..=grid.steps {
-        let mut count = 0;
+        let (mut count, mut h) = (0, grid.h);
         while state.t < time(n) {
-            let h = if count == 0 { grid.h } else { time(n) - state.t };
             let from = state.t;
-            let failed = |failure| RunError { step: n, t: from, failure };
-            let mut advance = |h: f64| -> Result<State<Vec<f64>>, IntegrateError> {
-                let mut there = state.clone();
-                match step(h, &mut there) {
-                    Ok(spent) => effort += spent,
-                    // Over a step below the rounding of the time the state does not change.
-                    Err(IntegrateError::Input(InputError::TimeStalled { .. })) => {}
-                    Err(IntegrateError::Run(error)) => return Err(failed(error.failure).into()),
-                    Err(error) => return Err(error),
-                }
-                there.t = from + h;
+            let rest = Rest { step: n, h, end: time(n) };
+            let own = own_step(&mut *step, rest, events, &mut sides, state)?;
+            effort += own.effort;
+            let mut within = |share: f64| {
+                let (there, spent) = stepped(&mut *step, share * own.h, n, state, &mut |_| {
+                    ControlFlow::Continue(())
+                })?;
+                effort += spent;
                 Ok(there)
             };
-            let mut next = advance(h)?;
-            next.t = time(n);
-            let mut within = |share: f64| advance(share * h);
-            let found = match first_event(events, &sides, [state, &next], &mut within)? {
+            let found = match first_event(events, &sides, [state, &own.end], &mut within)? {
                 FirstEvent::Event(found) if count < MOST_EVENTS => found,
                 FirstEvent::Event(_) | FirstEvent::AtOnce => {
-                    return Err(failed(StepFailure::EventsAccumulate { count }).into());
+                    let failure = StepFailure::EventsAccumulate { count };
+                    return Err(RunError { step: n, t: from, failure }.into());
                 }
                 FirstEvent::None => {
-                    *state = next;
-                    let values = events.iter().map(|event| event.value(state));
-                    sides.iter_mut().zip(values).for_each(|(side, value)| side.leave(value));
-                    break;
+                    *state = own.end;
+                    leave(&mut sides, events, state.state_ref());
+                    h = time(n) - state.t;
+                    continue;
                 }
             };
             count += 1;
@@ -152,7 +155,8 @@ pub fn integrate_with_events(
                 return Ok(effort);
             }
             state.check(state.q.len())?;
-            settle(&mut sides, events, &found, [state, &next]);
+            settle(&mut sides, events, &found, [state, &own.end]);
+            h = time(n) - state.t;
         }
         state.t = time(n);
         if observer(n, state.state_ref()).is_break() {
@@ -160,6 +164,13 @@ pub fn integrate_with_events(
         }
     }
     Ok(effort)
+}
+
+/// Updates the sides at the end of a step without an event.
+fn leave(sides: &mut [Side], events: &[Event<'_>], state: StateRef<'_, f64>) {
+    for (side, event) in sides.iter_mut().zip(events) {
+        side.leave((event.function)(state));
+    }
 }
 
 /// Updates the sides after an event that left the first state, within a step that led to the

@@ -15,9 +15,10 @@ use std::ops::ControlFlow;
 /// are `t + n h`, with t the time of the initial state.
 ///
 /// # Errors
-/// [`IntegrateError::Input`] if the state does not fit the system or the method does not apply;
-/// nothing was computed then. [`IntegrateError::Run`] if a step fails; `state` is then that of the
-/// last successful step, or, if w overflows, one of up to [`STEPS_OF_BLOCK`] steps before.
+/// [`IntegrateError::Input`] if [`System::check`] refuses the system, the state does not fit it or
+/// the method does not apply; nothing was computed then. [`IntegrateError::Run`] if a step fails;
+/// `state` is then that of the last successful step, or, if w overflows, one of up to
+/// [`STEPS_OF_BLOCK`] steps before.
 pub fn integrate<V, S, M, O>(
     method: &M,
     system: &S,
@@ -33,7 +34,7 @@ where
 {
     state.check(system.dof())?;
     let (mut workspace, mut remainder) = (method.workspace(system)?, V::zeros(system.dof()));
-    integrate_in(method, system, grid, (state, &mut remainder), &mut workspace, observer)
+    integrate_in(method, system, grid, state, &mut remainder, &mut workspace, observer)
 }
 
 /// [`integrate`] in a given workspace for the method and the system. It must be new, unless the
@@ -50,7 +51,8 @@ pub fn integrate_in<V, S, M, O>(
     method: &M,
     system: &S,
     grid: Grid<V::Scalar>,
-    (state, remainder): (&mut State<V>, &mut V),
+    state: &mut State<V>,
+    remainder: &mut V,
     workspace: &mut M::Workspace,
     observer: &mut O,
 ) -> Result<Effort, IntegrateError>
@@ -60,6 +62,7 @@ where
     M: Method<V, S> + ?Sized,
     O: Observer<V> + ?Sized,
 {
+    system.check()?;
     state.check(system.dof())?;
     if remainder.as_slice().len() != system.dof() {
         let (expected, found) = (system.dof(), remainder.as_slice().len());
@@ -72,11 +75,10 @@ where
     }
     let in_parts = !system.dissipation_form().zero && !method.sums_reservoir();
     let mut reservoir = Reservoir::begin(state, remainder, in_parts);
-    let parts = (&mut *state, &mut reservoir);
     let outcome = if system.may_be_singular() && !method.refuses_singularities() {
-        examined_blocks(method, system, grid, parts, workspace, observer)
+        examined_blocks(method, system, grid, state, &mut reservoir, workspace, observer)
     } else {
-        blocks(method, system, grid, parts, workspace, observer)
+        blocks(method, system, grid, state, &mut reservoir, workspace, observer)
     };
     reservoir.end(state, remainder);
     outcome
@@ -88,7 +90,8 @@ fn blocks<V, S, M, O>(
     method: &M,
     system: &S,
     grid: Grid<V::Scalar>,
-    (state, reservoir): (&mut State<V>, &mut Reservoir<V>),
+    state: &mut State<V>,
+    reservoir: &mut Reservoir<V>,
     workspace: &mut M::Workspace,
     observer: &mut O,
 ) -> Result<Effort, IntegrateError>
@@ -166,7 +169,8 @@ fn examined_blocks<V, S, M, O>(
     method: &M,
     system: &S,
     grid: Grid<V::Scalar>,
-    (state, reservoir): (&mut State<V>, &mut Reservoir<V>),
+    state: &mut State<V>,
+    reservoir: &mut Reservoir<V>,
     workspace: &mut M::Workspace,
     observer: &mut O,
 ) -> Result<Effort, IntegrateError>

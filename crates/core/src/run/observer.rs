@@ -7,6 +7,9 @@ use std::ops::ControlFlow;
 /// An observer receives the states of a run at the steps it asks for, the initial state (step 0)
 /// included, and may end the run. A closure `FnMut(u64, &State<V>) -> ControlFlow<()>` is an
 /// observer of every step, and `()` observes nothing.
+///
+/// It should end a run by `Break` and not by a panic: after a panic that is caught, the state of
+/// the run has no meaning and may be empty, because the time loop moves it out while it steps.
 pub trait Observer<V: Vector> {
     /// Receives the state after `step` steps. `Break` ends the run there.
     fn observe(&mut self, step: u64, state: &State<V>) -> ControlFlow<()>;

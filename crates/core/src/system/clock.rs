@@ -91,6 +91,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Clocked<S> {
         self.clock + 1
     }
 
+    fn check(&self) -> Result<(), InputError> {
+        self.system.check()
+    }
+
     fn energy(&self, q: &[T], p: &[T]) -> T {
         // The wrapped system adds p²/(2m) of every momentum. That of the clock is an energy, so 0
         // is passed in its place.

@@ -54,7 +54,8 @@ pub trait Drive<T: Scalar>: Send + Sync {
     }
 
     /// F_j for entry k of [`Drive::driven`] as a sum of sines and cosines, if it is known to be one
-    /// and depends on no coordinate.
+    /// and depends on no coordinate. `linear-exact` takes the sum in place of the force;
+    /// [`crate::validate::drive`] compares the two.
     fn harmonics(&self, _k: usize) -> Option<Harmonics<T>> {
         None
     }
@@ -182,6 +183,10 @@ fn heads_mut<'a, T>(of: &'a mut [&mut [T]], n: usize) -> [&'a mut [T]; TOGETHER]
 impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Driven<S, D> {
     fn dof(&self) -> usize {
         self.dof + self.drive.driven().len()
+    }
+
+    fn check(&self) -> Result<(), InputError> {
+        self.system.check()
     }
 
     fn energy(&self, q: &[T], p: &[T]) -> T {

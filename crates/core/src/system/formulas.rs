@@ -4,7 +4,8 @@ use super::abilities::{Abilities, SecondDerivatives};
 use super::dissipation::{Dissipation, DissipationForm};
 use super::hamiltonian::System;
 use super::hessian::Curvature;
-use super::separable::Separable;
+use super::separable::{Separable, masses};
+use crate::error::InputError;
 use crate::numbers::singularity::{Sight, between, diverges, enclosed, is_singular};
 use crate::numbers::{Interval, Line, Scalar, Slope, divided};
 use crate::quantity::Block;
@@ -25,7 +26,7 @@ pub trait Formulas: Send + Sync {
     /// coupled.
     fn dissipation<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T;
 
-    /// The mass m_j > 0.
+    /// The mass m_j > 0. A run with a mass that is not positive or not finite is refused.
     fn mass(&self, _j: usize) -> f64 {
         1.0
     }
@@ -145,6 +146,10 @@ impl<F: Formulas> FromFormulas<F> {
 impl<T: Scalar, F: Formulas> System<T> for FromFormulas<F> {
     fn dof(&self) -> usize {
         self.0.dof()
+    }
+
+    fn check(&self) -> Result<(), InputError> {
+        masses::<T>(self)
     }
 
     fn energy(&self, q: &[T], p: &[T]) -> T {

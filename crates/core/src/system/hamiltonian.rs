@@ -2,6 +2,7 @@
 
 use super::coupling::Coupling;
 use super::dissipation::DissipationForm;
+use crate::error::InputError;
 use crate::numbers::Scalar;
 
 /// A Hamiltonian system with N degrees of freedom and a dissipative force,
@@ -15,6 +16,16 @@ use crate::numbers::Scalar;
 pub trait System<T: Scalar>: Send + Sync {
     /// N, the number of degrees of freedom, motors included.
     fn dof(&self) -> usize;
+
+    /// Checks what a run needs at every state, such as masses. The time loops call it before the
+    /// first step. The default accepts all.
+    ///
+    /// # Errors
+    /// An [`InputError`] that names what is invalid.
+    #[inline]
+    fn check(&self) -> Result<(), InputError> {
+        Ok(())
+    }
 
     /// H(q, p)
     fn energy(&self, q: &[T], p: &[T]) -> T;

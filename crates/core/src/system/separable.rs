@@ -2,7 +2,8 @@
 
 use super::dissipation::Dissipation;
 use super::hamiltonian::System;
-use crate::numbers::{Line, Scalar, divided};
+use crate::error::InputError;
+use crate::numbers::{Line, Mask, Scalar, divided};
 
 /// A system with H = Σ p_j²/(2 m_j) + V(q). D_j depends on no momentum but p_j, unless
 /// [`crate::DissipationForm::coupled`] is set.
@@ -63,6 +64,20 @@ pub trait Separable<T: Scalar>: System<T> {
     fn supply(&self, _q: &[T], _j: usize) -> Option<Supply<T>> {
         None
     }
+}
+
+/// Checks that every mass is positive and finite. The cost is O(N).
+///
+/// # Errors
+/// [`InputError::Mass`], with the first that is not.
+pub fn masses<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), InputError> {
+    for dof in 0..system.dof() {
+        let mass = system.mass(dof);
+        if !T::zero().lt(mass).and(mass.is_finite()).all() {
+            return Err(InputError::Mass { dof, value: mass.to_f64() });
+        }
+    }
+    Ok(())
 }
 
 /// The force of a drive on a degree of freedom.

@@ -4,6 +4,7 @@ use super::coupling::Coupling;
 use super::dissipation::{Dissipation, DissipationForm};
 use super::hamiltonian::System;
 use super::separable::{Separable, Supply};
+use crate::error::InputError;
 use crate::numbers::{Line, Scalar};
 use std::sync::Arc;
 
@@ -11,6 +12,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
     #[inline]
     fn dof(&self) -> usize {
         (**self).dof()
+    }
+    #[inline]
+    fn check(&self) -> Result<(), InputError> {
+        (**self).check()
     }
     #[inline]
     fn energy(&self, q: &[T], p: &[T]) -> T {

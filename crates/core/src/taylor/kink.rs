@@ -2,7 +2,7 @@
 
 use crate::numbers::{Scalar, Series};
 
-/// A time up to which the series has no zero, infinite if it has none up to `way`: the zero of
+/// A time up to which the series has no zero, infinite if it has none up to `limit`: the zero of
 ///
 /// ```text
 /// |x_0| + s x_1 τ - Σ_{k≥2} max(0, -s x_k) τ^k ≤ s x(τ)        s = sign x_0
@@ -11,9 +11,9 @@ use crate::numbers::{Scalar, Series};
 /// which is concave in τ ≥ 0. Newton's method approaches it from above. If the expansion is renewed
 /// each time, these zeros converge quadratically to a simple zero of x. A series that is not 0 but
 /// has a constant term of 0 has a zero at τ = 0.
-pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) -> f64 {
+pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, limit: f64) -> f64 {
     let start = x.c[0].to_f64();
-    let term = |k: usize| x.c[k].to_f64() * start.signum() * way.signum().powi(k as i32);
+    let term = |k: usize| x.c[k].to_f64() * start.signum() * limit.signum().powi(k as i32);
     // Its value and its slope.
     let bound = |tau: f64| {
         (2..M).rev().chain([1, 0]).fold([0.0, 0.0], |[value, slope], k| {
@@ -24,7 +24,7 @@ pub(super) fn first_zero<T: Scalar, const M: usize>(x: &Series<T, M>, way: f64) 
     if start == 0.0 {
         return if x.c.iter().all(|c| *c == T::zero()) { f64::INFINITY } else { 0.0 };
     }
-    let mut tau = way.abs();
+    let mut tau = limit.abs();
     let [mut value, mut slope] = bound(tau);
     if value >= 0.0 {
         return f64::INFINITY;

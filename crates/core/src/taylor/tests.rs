@@ -3,6 +3,7 @@
 use super::*;
 use crate::error::InputError;
 use crate::numbers::{Interval, Quad, Scalar, Series};
+use crate::run::Grid;
 use crate::system::{State, System};
 
 /// H = Σ (p_j² + q_j²)/2 + q1⁴/4 + (q1 - q2)²/2, D_j = c (1 + q_j²) v_j
@@ -127,8 +128,8 @@ where
 {
     let start = State::new([Quad::from_f64(q)], [Quad::from_f64(p)]).unwrap();
     let (defect, mut last) = (Enclosed::new(ranges), start.clone());
-    let run = (Quad::from_f64(end), 1);
-    follow((system, &defect), &start, run, pace, &|| false, &mut |_, state| last = state).unwrap();
+    let grid = Grid { h: Quad::from_f64(end), steps: 1 };
+    follow(system, &defect, &start, grid, pace, &|| false, &mut |_, state| last = state).unwrap();
     last
 }
 
@@ -245,11 +246,11 @@ fn narrow_features_are_met() {
 fn samples_tell_what_they_may_miss() {
     let scene = Scene::Bump(0.05);
     let start = State::new([Quad::from_f64(1.3)], [Quad::from_f64(0.2)]).unwrap();
-    let (mut last, h) = (start.clone(), (Quad::from_f64(4.0), 1));
+    let (mut last, grid) = (start.clone(), Grid { h: Quad::from_f64(4.0), steps: 1 });
     let mut see = |_, state| last = state;
     let defect = Sampled(&scene);
     let route =
-        follow::<_, _, 24>((&scene, &defect), &start, h, Pace::FULL, &|| false, &mut see).unwrap();
+        follow::<_, _, 24>(&scene, &defect, &start, grid, Pace::FULL, &|| false, &mut see).unwrap();
     let exact = enclosed(scene, &scene, 1.3, 0.2, 4.0, Pace::FULL);
     assert!(route.unseen > 1e-5 && route.unseen < 0.02, "{route:?}");
     assert!((last.q[0] - exact.q[0]).abs().to_f64() < 1e-20);
@@ -263,10 +264,10 @@ fn a_flow_ends_where_it_is_asked_to() {
         asked.set(asked.get() + 1);
         asked.get() > 3
     };
-    let (h, mut seen) = ((Quad::from_f64(100.0), 1), 0);
+    let (grid, mut seen) = (Grid { h: Quad::from_f64(100.0), steps: 1 }, 0);
     let defect = Sampled(&scene);
-    let follow = |pace, stop: &dyn Fn() -> bool, see: &mut dyn FnMut(usize, State<[Quad; 1]>)| {
-        follow::<_, _, 24>((&scene, &defect), &start, h, pace, stop, see)
+    let follow = |pace, stop: &dyn Fn() -> bool, see: &mut dyn FnMut(u64, State<[Quad; 1]>)| {
+        follow::<_, _, 24>(&scene, &defect, &start, grid, pace, stop, see)
     };
     let route = follow(Pace::FULL, &stop, &mut |_, _| seen += 1).unwrap();
     assert!(route.interrupted && route.strides == 3 && seen == 1, "{route:?}");

@@ -4,6 +4,7 @@ use super::defect::ALLOWED_ROUNDINGS;
 use super::{Defect, Expansion, Sampled};
 use crate::error::InputError;
 use crate::numbers::{Mask, Scalar, Series, Vector};
+use crate::run::Grid;
 use crate::system::{State, System};
 
 /// The length of strides and the disturbances of a trajectory.
@@ -53,8 +54,8 @@ const STRIDES_BEFORE_FORECAST: usize = 64;
 const MOST_SHORT_STRIDES: u32 = 128;
 const STRIDES_PER_DOUBLING: u32 = 4;
 
-/// Computes the flow from `start` by expansions with M terms and passes its states at the times
-/// `i h`, i = 0..=count, to `see`.
+/// Computes the flow from `start` by expansions with M terms and passes its states at the times of
+/// the grid, counted from the start, to `see`.
 ///
 /// The flow is analytic between [`System::kinks`]. Strides end just before a kink, closer each
 /// time, until one of a few roundings of t crosses it; a jump of the field has an effect for no
@@ -63,16 +64,17 @@ const STRIDES_PER_DOUBLING: u32 = 4;
 ///
 /// # Errors
 /// [`InputError::Length`] and [`InputError::NotFinite`] if `start` is no state of the system.
-/// [`InputError::Step`] if `count` h is not finite. [`InputError::SolutionEnds`] if the strides
-/// shrink to 0: at a blow-up, at a singularity such as √x at 0, and where the flow stays on a kink.
-/// [`InputError::Budget`] if more strides are needed than `pace` allows.
+/// [`InputError::Step`] if the end of the grid is not finite. [`InputError::SolutionEnds`] if the
+/// strides shrink to 0: at a blow-up, at a singularity such as √x at 0, and where the flow stays on
+/// a kink. [`InputError::Budget`] if more strides are needed than `pace` allows.
 pub fn follow<S, V, const M: usize>(
-    (system, defect): (&S, &dyn Defect<V, M>),
+    system: &S,
+    defect: &dyn Defect<V, M>,
     start: &State<V>,
-    (h, count): (V::Scalar, usize),
+    Grid { h, steps }: Grid<V::Scalar>,
     pace: Pace,
     stop: &dyn Fn() -> bool,
-    see: &mut dyn FnMut(usize, State<V>),
+    see: &mut dyn FnMut(u64, State<V>),
 ) -> Result<Route, InputError>
 where
     V: Vector,
@@ -80,7 +82,7 @@ where
 {
     let dof = system.dof();
     start.check(dof)?;
-    let end = V::Scalar::from_f64(count as f64) * h;
+    let end = V::Scalar::from_f64(steps as f64) * h;
     if !end.is_finite().all() {
         return Err(InputError::Step { h: h.to_f64() });
     }
@@ -98,7 +100,7 @@ where
     let mut origin = V::Scalar::zero();
     let mut clear = trusted(&expansion, origin);
     let mut short = 0;
-    for i in 0..=count {
+    for i in 0..=steps {
         let t = V::Scalar::from_f64(i as f64) * h;
         while (t - origin).to_f64().abs() > clear {
             if stop() {
@@ -107,11 +109,7 @@ where
             }
             let shortest = shortest(t.to_f64());
             short = if clear > shortest { 0 } else { short + 1 };
-            let leap = 4.0
-                * V::Scalar::EPSILON
-                * t.to_f64().abs()
-                * 2f64.powi((short / STRIDES_PER_DOUBLING) as i32);
-            let stride = clear.max(leap).copysign(h.to_f64());
+            let stride = clear.max(leap::<V::Scalar>(t.to_f64(), short)).copysign(h.to_f64());
             let mut state = expansion.at(V::Scalar::from_f64(stride));
             if state.check(dof).is_err()
                 || expansion.reach <= shortest
@@ -146,6 +144,11 @@ const SHORTEST: f64 = 1e-12;
 /// The longest stride that counts as one that ends at a kink or a singularity.
 fn shortest(t: f64) -> f64 {
     SHORTEST * t.abs()
+}
+
+/// The stride across a kink at t after a number of successive shortest strides.
+fn leap<T: Scalar>(t: f64, short: u32) -> f64 {
+    4.0 * T::EPSILON * t.abs() * 2f64.powi((short / STRIDES_PER_DOUBLING) as i32)
 }
 
 impl Route {
@@ -224,8 +227,8 @@ where
     S: System<Series<V::Scalar, M>> + ?Sized,
 {
     let mut states = Vec::with_capacity(count + 1);
-    let defect = Sampled(system);
-    follow((system, &defect), start, (h, count), Pace::FULL, &|| false, &mut |_, state| {
+    let (defect, grid) = (Sampled(system), Grid { h, steps: count as u64 });
+    follow(system, &defect, start, grid, Pace::FULL, &|| false, &mut |_, state| {
         states.push(state);
     })?;
     Ok(states)

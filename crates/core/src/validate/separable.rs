@@ -6,23 +6,8 @@ use super::coupling::unmoved;
 use super::system;
 use crate::error::InputError;
 use crate::numbers::divided::by_quadrature;
-use crate::numbers::{Mask, Scalar};
 use crate::quantity::{Block, Quantity};
-use crate::system::Separable;
-
-/// Checks that every mass is positive and finite. The cost is O(N).
-///
-/// # Errors
-/// [`InputError::Mass`], with the first that is not.
-pub fn masses<T: Scalar>(system: &(impl Separable<T> + ?Sized)) -> Result<(), InputError> {
-    for dof in 0..system.dof() {
-        let mass = system.mass(dof);
-        if !T::zero().lt(mass).and(mass.is_finite()).all() {
-            return Err(InputError::Mass { dof, value: mass.to_f64() });
-        }
-    }
-    Ok(())
-}
+use crate::system::{Separable, masses};
 
 /// Validates by [`system()`], and compares the parts of a separable system with its gradient and
 /// dissipation: the masses, ∂V/∂q_j, divided differences with the increments of V on edges of all

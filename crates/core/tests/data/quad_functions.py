@@ -47,6 +47,9 @@ positive = list(points([1e-300, 4e-310, 1e-200, 1e-9, 0.03, 0.5, 0.6, 0.7071, 0.
                         1.0001, 1.3, 1.41421, 1.41422, 2.0, 2.8, 3.0, 10.0, 777.7, 1e9, 1e150, 1e300]))
 positive = [x for x in positive if x[0] > 1e-280 or x[1] == 0.0]
 slopes = real + list(points([1e5, -3e9, 1e16, -1e40, 1e300]))
+arcs = list(points(small + [0.2, -0.4, 0.5, -0.7, 0.9, -0.99, 0.999]))
+
+bases = [x for x in real if abs(x[0]) > 1e-4]
 
 print("function,x_hi,x_lo,value_hi,value_mid,value_lo")
 for name, function, where in [
@@ -57,6 +60,14 @@ for name, function, where in [
     ("cos", mpmath.cos, circle),
     ("ln", mpmath.log, positive),
     ("atan", mpmath.atan, slopes),
+    ("tan", mpmath.tan, arcs),
+    ("asin", mpmath.asin, arcs),
+    ("acos", mpmath.acos, arcs),
+    ("sinh", mpmath.sinh, real),
+    ("cosh", mpmath.cosh, real),
+    ("tanh", mpmath.tanh, real),
+    ("powi 13", lambda x: x**13, bases),
+    ("powi -6", lambda x: x**-6, bases),
 ]:
     for x in where:
         assert x[0] + x[1] == x[0]

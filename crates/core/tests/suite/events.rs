@@ -2,13 +2,17 @@
 
 use afterbay_core::{
     Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, State, StateRef,
-    StepFailure, TakeStep, integrate_with_events,
+    StepFailure, TakeStep, Watch, integrate_with_events,
 };
 use std::ops::ControlFlow;
 
 /// Free fall: exact steps, so that all errors are those of the events. Steps below the rounding of
 /// t are refused, as those of a method are.
-pub(crate) fn fall(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
+pub(crate) fn fall(
+    h: f64,
+    state: &mut State<Vec<f64>>,
+    _: Watch<'_>,
+) -> Result<Effort, IntegrateError> {
     let end = state.t + h;
     if end + h == end {
         return Err(InputError::TimeStalled { t: end, h }.into());
@@ -41,7 +45,7 @@ fn bounce_from([q, p]: [f64; 2], restitution: f64, (h, steps): (f64, u64)) -> Bo
     let grid = Grid::of(h, steps).expect("a grid");
     let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
     let outcome =
-        integrate_with_events(&mut fall, grid, &mut state, (&events, &mut happen), &mut observe);
+        integrate_with_events(&mut fall, grid, &mut state, &events, &mut happen, &mut observe);
     (outcome, times, state)
 }
 
@@ -117,7 +121,7 @@ fn events_that_change_nothing_happen_once() {
     };
     let grid = Grid::of(0.6, 5).expect("a grid");
     let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
-    integrate_with_events(&mut fall, grid, &mut state, (&events, &mut happen), &mut observe)
+    integrate_with_events(&mut fall, grid, &mut state, &events, &mut happen, &mut observe)
         .expect("it runs");
     assert_eq!(seen.len(), 2, "{seen:?}");
     assert!(seen[0].0 == 0 && (seen[0].1 - 1.0).abs() < 1e-14, "{seen:?}");
@@ -126,7 +130,7 @@ fn events_that_change_nothing_happen_once() {
 }
 
 /// Free motion. Steps below the rounding of t are refused, as those of a method are.
-fn drift(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
+fn drift(h: f64, state: &mut State<Vec<f64>>, _: Watch<'_>) -> Result<Effort, IntegrateError> {
     let end = state.t + h;
     if end + h == end {
         return Err(InputError::TimeStalled { t: end, h }.into());
@@ -172,7 +176,7 @@ pub(crate) fn watch(
     let grid = Grid::of(h, steps).expect("a grid");
     let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
     let outcome =
-        integrate_with_events(step, grid, &mut state, (&watched, &mut happen), &mut observe);
+        integrate_with_events(step, grid, &mut state, &watched, &mut happen, &mut observe);
     (outcome, found, state)
 }
 
@@ -299,7 +303,7 @@ fn a_run_may_start_at_zero() {
     let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
     let grid = Grid::of(0.1, 10).expect("a grid");
     let outcome =
-        integrate_with_events(&mut fall, grid, &mut state, (&[event], &mut happen), &mut observe);
+        integrate_with_events(&mut fall, grid, &mut state, &[event], &mut happen, &mut observe);
     let Err(IntegrateError::Run(error)) = outcome else { panic!("{outcome:?}") };
     assert!(matches!(error.failure, StepFailure::EventsAccumulate { .. }), "{error}");
 }
@@ -323,7 +327,7 @@ fn steps_backwards_are_refused() {
         let mut observe = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
         let grid = Grid { h, steps: 10 };
         let outcome =
-            integrate_with_events(&mut fall, grid, &mut state, (&[], &mut happen), &mut observe);
+            integrate_with_events(&mut fall, grid, &mut state, &[], &mut happen, &mut observe);
         assert!(matches!(outcome, Err(IntegrateError::Input(_))), "{h}: {outcome:?}");
         assert_eq!((state.t, state.q[0]), (0.0, 1.0));
     }

@@ -1,7 +1,8 @@
 //! Events of several functions in one step of the grid, and poles beside them.
 
 use crate::events::{Function, STEPS, Watched, fall, first, free, second, watch};
-use afterbay_core::{Direction, Effort, InputError, IntegrateError, State};
+use afterbay_core::{Direction, Effort, InputError, IntegrateError, State, Watch};
+use std::ops::ControlFlow;
 
 /// A ball that rises above 0.455 at t = 0.7 and falls below it at 1.3 in one step, with an event of
 /// the time between the two.
@@ -63,7 +64,11 @@ fn a_pole_at_another_event_or_at_the_start_is_no_zero() {
 /// Two balls bounce at the same times, twice in a step, in the order of the list.
 #[test]
 fn balls_that_bounce_together_bounce_again_within_the_step() {
-    fn fall_both(h: f64, state: &mut State<Vec<f64>>) -> Result<Effort, IntegrateError> {
+    fn fall_both(
+        h: f64,
+        state: &mut State<Vec<f64>>,
+        _: Watch<'_>,
+    ) -> Result<Effort, IntegrateError> {
         let end = state.t + h;
         if end + h == end {
             return Err(InputError::TimeStalled { t: end, h }.into());
@@ -106,5 +111,45 @@ fn a_function_that_has_left_zero_is_followed_from_event_to_event() {
                 "{h}: {found:?}"
             );
         }
+    }
+}
+
+/// Free fall of a method that chooses steps of 0.07.
+fn fall_by_own_steps(
+    h: f64,
+    state: &mut State<Vec<f64>>,
+    watch: Watch<'_>,
+) -> Result<Effort, IntegrateError> {
+    let start = state.clone();
+    for n in 1..=(h / 0.07) as u64 {
+        let mut there = start.clone();
+        fall(0.07 * n as f64, &mut there, &mut |_| ControlFlow::Continue(()))?;
+        there.t = start.t + 0.07 * n as f64;
+        *state = there;
+        if state.t < start.t + h && watch(state.state_ref()).is_break() {
+            return Ok(Effort::default());
+        }
+    }
+    *state = start;
+    fall(h, state, watch)
+}
+
+/// A ball that rises from the floor with p = 1 bounces at t = 2, 4, .. and is above 0.48 between
+/// 0.8 and 1.2, 2.8 and 3.2, ..
+#[test]
+fn events_are_looked_for_in_each_of_the_steps_that_a_method_chooses() {
+    let above: Function = |state| state.q[0] - 0.48;
+    let both = [(above, Direction::Both, None), (first as Function, Direction::Falling, Some(0))];
+    for (h, steps) in [(8.1, 1), (2.7, 3), (0.9, 9), (0.045, 180)] {
+        let (outcome, found, state) =
+            watch(&mut fall_by_own_steps, [&[0.0], &[1.0]], (h, steps), &both);
+        outcome.expect("it runs");
+        let flight = |k: f64| [(0, 2.0 * k + 0.8), (0, 2.0 * k + 1.2), (1, 2.0 * k + 2.0)];
+        let all: Vec<_> = (0..4).flat_map(|k| flight(f64::from(k))).collect();
+        assert_eq!(found.len(), all.len(), "{h}: {found:?}");
+        for ((i, t), (event, time)) in found.iter().zip(all) {
+            assert!(*i == event && (t - time).abs() < 1e-12, "{h}: {i} at {t}, not {time}");
+        }
+        assert!((state.q[0] - 0.095).abs() < 1e-12 && (state.t - 8.1).abs() < 1e-14, "{state:?}");
     }
 }

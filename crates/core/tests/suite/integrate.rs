@@ -337,8 +337,7 @@ fn a_run_in_parts_has_the_w_of_one_run() {
     let mut remainder = [0.0];
     for steps in [STEPS_OF_BLOCK, 2 * STEPS_OF_BLOCK, 3 * STEPS_OF_BLOCK, 17] {
         let (method, grid) = (Leak { sums_reservoir: false }, Grid::of(H, steps).unwrap());
-        let states = (&mut state, &mut remainder);
-        integrate_in(&method, &Free, grid, states, &mut (), &mut ()).unwrap();
+        integrate_in(&method, &Free, grid, &mut state, &mut remainder, &mut (), &mut ()).unwrap();
     }
     assert_eq!(state.w, whole.w);
     assert_ne!(remainder, [0.0]);

@@ -4,6 +4,7 @@
 
 mod caught;
 mod check;
+mod check_drive;
 mod check_hidden;
 mod events;
 mod events_of_several;

@@ -52,6 +52,18 @@ fn operations_are_those_of_f64<T: Scalar>() {
         agrees("sin", sin, |k| x(k).sin());
         agrees("cos", cos, |k| x(k).cos());
         agrees("atan", a.atan(), |k| x(k).atan());
+        let (share, arc) = (a.atan().half(), |k: usize| x(k).atan() / 2.0);
+        agrees("asin", share.asin(), |k| arc(k).asin());
+        agrees("acos", share.acos(), |k| arc(k).acos());
+        agrees("tan", share.tan(), |k| arc(k).tan());
+        agrees("sin alone", a.sin(), |k| x(k).sin());
+        agrees("cos alone", a.cos(), |k| x(k).cos());
+        agrees("sinh", share.sinh(), |k| arc(k).sinh());
+        agrees("cosh", share.cosh(), |k| arc(k).cosh());
+        agrees("tanh", a.tanh(), |k| x(k).tanh());
+        for n in [0, 1, 2, 3, 7, -1, -4] {
+            agrees("powi", divisor.powi(n), |k| (y(k) * y(k) + 1.0).powi(n));
+        }
     }
 }
 
@@ -111,6 +123,44 @@ fn intervals_slopes_and_series_compute_as_f64_does() {
     operations_are_those_of_f64::<Slope<f64>>();
     operations_are_those_of_f64::<Slope<f64x8>>();
     operations_are_those_of_f64::<Series<f64, 4>>();
+}
+
+/// The derivatives that each kind of number carries.
+#[test]
+fn derivatives_of_functions_are_known() {
+    fn all<T: Scalar>(x: T) -> [T; 9] {
+        let functions = [T::sin, T::cos, T::tan, T::asin, T::acos, T::sinh, T::cosh, T::tanh];
+        let [sin, cos, tan, asin, acos, sinh, cosh, tanh] = functions.map(|f| f(x));
+        [sin, cos, tan, asin, acos, sinh, cosh, tanh, x.powi(-3)]
+    }
+    for x in [-0.9_f64, -0.3, 1e-9, 0.5, 0.99] {
+        let root = ((1.0 - x) * (1.0 + x)).sqrt();
+        let exact = [
+            x.cos(),
+            -x.sin(),
+            x.cos().powi(-2),
+            root.recip(),
+            -root.recip(),
+            x.cosh(),
+            x.sinh(),
+            x.cosh().powi(-2),
+            -3.0 * x.powi(-4),
+        ];
+        let mut found = vec![
+            all(Slope::between(x, x)).map(|f| f.slope),
+            all(Series::<f64, 3>::new([x, 1.0, 0.0])).map(|f| f.c[1]),
+        ];
+        #[cfg(feature = "num-dual")]
+        found.push(all(num_dual::Dual64::new(x, 1.0)).map(|f| f.eps));
+        let quad = Quad::from_f64(x);
+        found.push(all(Slope::between(quad, quad)).map(|f| f.slope.to_f64()));
+        for (kind, found) in found.iter().enumerate() {
+            for (i, (found, exact)) in found.iter().zip(exact).enumerate() {
+                let off = (found - exact).abs() / exact.abs().max(1.0);
+                assert!(off < 3e-15, "{i} at {x} by {kind}: {found:e} is not {exact:e}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::declared::{Boxed, section};
 use super::names;
-use crate::claim::{Readings, Said, fixed, sci};
+use crate::claim::{Readings, Said, fixed, in_short, sci};
 use crate::findings::stability::{Grid, spectral_radii, verdicts};
 use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
@@ -148,7 +148,7 @@ fn cells(row: &AtlasRow) -> Vec<String> {
     let verdict = |verdict: Option<Verdict>| verdict.map_or(without, Verdict::describe).to_owned();
     let step = |h: Option<f64>| h.map_or(String::new(), step);
     let values = row.from.zip(row.to).map_or(String::new(), |(from, to)| {
-        let [from, to] = [from, to].map(|value| fixed(value, 3));
+        let [from, to] = [from, to].map(in_short);
         if from == to { from } else { format!("{from} to {to}") }
     });
     vec![
@@ -158,7 +158,7 @@ fn cells(row: &AtlasRow) -> Vec<String> {
         values,
         verdict(row.middle_verdict),
         step(row.middle_h),
-        format!("{} = {}", row.parameter, fixed(row.middle, 3)),
+        format!("{} = {}", row.parameter, in_short(row.middle)),
     ]
 }
 
@@ -189,6 +189,8 @@ mod tests {
         assert_eq!(says(0, None), "rk4: nothing fails.");
         assert_eq!(says(12, None), "rk4: no cell is judged.");
         assert_eq!(says(3, None), "rk4: nothing fails, in the 9 of 12 cells that are judged.");
+        let short = AtlasRow { middle: 0.00125, from: Some(0.0012), to: Some(2.0), ..row.clone() };
+        assert_eq!([&cells(&short)[3], &cells(&short)[6]], ["0.0012 to 2", "c = 0.00125"]);
         let wrong = says(3, Some(Verdict::Wrong));
         assert!(wrong.contains("(1 of 4 values of c), in the 9 of 12 cells"), "{wrong}");
     }

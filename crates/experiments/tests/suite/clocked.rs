@@ -84,7 +84,7 @@ fn the_energy_pumped_is_the_integral_of_the_change_of_v() {
         0.6 * (2.0 * state.t).sin() * state.q[0] * state.q[0]
     };
     let integral: f64 = (0..COUNT).map(|i| 0.5 * h * (power(i) + power(i + 1))).sum();
-    let pumped = accounts(solution.at(COUNT), &problem.model.motors()).pumped.unwrap();
+    let pumped = accounts(solution.at(COUNT), &problem.model.motors()).unwrap().pumped.unwrap();
     // The error of the rule is about h² / 12 times the change of the slope of the power.
     assert!((pumped - integral).abs() < h * h, "{pumped}, not {integral}");
     assert!(pumped.abs() > 0.1);

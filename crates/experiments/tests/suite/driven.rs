@@ -100,7 +100,7 @@ fn a_resonance_has_its_closed_form() {
         let solution = solution.unwrap();
         let [before, after] = [solution.len() - 2, solution.len() - 1].map(|i| {
             let state = solution.at(i);
-            let found = accounts(state, &scene.problem.model.motors());
+            let found = accounts(state, &scene.problem.model.motors()).unwrap();
             (state.q[0].hypot(state.p[0] / omega), found.w[0], found.s[0])
         });
         let amplitude = F / (1.0 - omega * omega).hypot(omega * B);
@@ -158,7 +158,7 @@ fn a_jump_is_followed(force: f64) {
     let exact = under_a_square_wave(force, end);
     let reference = problem.solution(end, 1, &Silent).unwrap();
     let state = reference.at(1);
-    let found = [state.q[0], state.p[0], accounts(state, &problem.model.motors()).s[0]];
+    let found = [state.q[0], state.p[0], accounts(state, &problem.model.motors()).unwrap().s[0]];
     for ((found, exact), size) in found.iter().zip(exact).zip([size, size, size * size]) {
         assert!((found - exact).abs() < 2e-14 * size, "the reference: {found}, not {exact}");
     }
@@ -240,7 +240,7 @@ fn a_linear_driven_scene_has_an_exact_method() {
     let exact = problem.solution(period, 4, &Silent).unwrap();
     for (i, row) in found[0].rows.iter().enumerate() {
         let state = exact.at(i);
-        let sums = accounts(state, &problem.model.motors());
+        let sums = accounts(state, &problem.model.motors()).unwrap();
         for (what, found, exact) in [
             ("q", row.q[0], state.q[0]),
             ("p", row.p[0], state.p[0]),
@@ -286,7 +286,7 @@ fn parameters_of_the_drive_are_parameters() {
     let supplied = |model: Model| {
         let problem = afterbay_analysis::study::Problem { model, ..problem.clone() };
         let solution = problem.solution(problem.end, 1, &Silent).unwrap();
-        accounts(solution.at(1), &problem.model.motors()).s[0]
+        accounts(solution.at(1), &problem.model.motors()).unwrap().s[0]
     };
     assert_eq!(supplied(still), 0.0);
     assert!(supplied(problem.model.clone()).abs() > 0.1);

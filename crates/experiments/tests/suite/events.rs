@@ -239,3 +239,47 @@ fn mistakes_in_events_are_named() {
         assert!(message.contains("sample = ") || message.contains("output in bytes"), "{message}");
     }
 }
+
+/// A method that chooses its steps finds events in them, however far apart the rows of the table
+/// are: cos t falls through -0.8 at 2.498, within the first row.
+#[test]
+fn events_do_not_depend_on_the_rows_of_a_method_that_chooses_its_steps() {
+    let scene = r#"
+[system]
+name = "custom"
+potential = "q1^2/2"
+[initial]
+q = [1.0]
+p = [0.0]
+[time]
+end = 30.0
+step = 10.0
+[run]
+methods = ["adaptive-dop853"]
+tolerance = 1e-12
+[run.events.low]
+of = "q1"
+value = -0.8
+direction = "falling"
+"#;
+    let exact = |k: usize| (-0.8_f64).acos() + std::f64::consts::TAU * k as f64;
+    // Steps of `adaptive-collocation` and `adaptive-radau` may be longer than the 1.3 that cos t
+    // stays below -0.8: rows limit them.
+    for (method, rows) in [
+        ("adaptive-dop853", [10.0, 30.0, 0.1]),
+        ("adaptive-verner98", [10.0, 30.0, 0.1]),
+        ("adaptive-collocation", [1.0, 0.5, 0.1]),
+        ("adaptive-radau", [1.0, 0.5, 0.1]),
+    ] {
+        for h in rows {
+            let (run, found) = followed(scene, method, h);
+            assert!(run.ending.is_completed() && found.len() == 5, "{method}: {found:?}");
+            for (k, event) in found.iter().enumerate() {
+                let off = event.t - exact(k);
+                assert!(off.abs() < 1e-9, "{method} with rows of {h}: event {k} is off by {off:e}");
+            }
+            let last = run.rows.last().expect("a row");
+            assert!((last.q[0] - 30.0_f64.cos()).abs() < 1e-9, "{method} with rows of {h}");
+        }
+    }
+}

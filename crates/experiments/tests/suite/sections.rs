@@ -16,7 +16,8 @@ const STROBE: Section = Section::Stroboscopic { interval: None };
 pub(crate) fn problem(system: &str, drive: &str, start: [f64; 2]) -> Problem {
     let [q, p] = start;
     let text = format!(
-        "[system]\n{system}\n{drive}\n[initial]\nq = [{q}]\np = [{p}]\n[time]\nend = 1.0\nstep = 0.1\n"
+        "[system]\n{system}\n{drive}\n[initial]\nq = [{q}]\np = [{p}]\n\
+         [time]\nend = 1.0\nstep = 0.1\n"
     );
     Scene::read(&text).unwrap_or_else(|error| panic!("{error}")).problem
 }

@@ -170,7 +170,7 @@ fn the_first_failure_is_the_worst_of_its_step() {
     assert!(said.ends_with(" at h = 4.0e-4 (1 of 3 values of b)."), "{said}");
 }
 
-/// Stops once it has been asked so many times.
+/// Asks to stop once it was asked this number of times.
 struct Patient(AtomicUsize);
 
 impl Progress for Patient {
@@ -195,7 +195,8 @@ fn runs_that_were_not_begun_neither_fail_nor_differ() {
         )
     };
     let basins = "[study.basins]\nmethods = [\"moddg\"]\nsteps = [0.1]\n\
-                  grid = { q1 = { from = -1, to = 1, count = 8 }, p1 = { from = -1, to = 1, count = 8 } }";
+                  grid = { q1 = { from = -1, to = 1, count = 8 }, \
+                  p1 = { from = -1, to = 1, count = 8 } }";
     let mut interrupted = 0;
     for task in [diagram(false), diagram(true), basins.to_owned()] {
         let scene = scene(system, [1.0, 0.0], [100.0, 0.1], &task);

@@ -152,8 +152,8 @@ impl Problem {
                     '*' => "powers are written ^, as in q1^2, and products *, as in 2*q1",
                     '[' => "entries are written q[1], p[1], ..",
                     ',' => {
-                        "numbers are written with a point, as in 9.81, and min, max and mod take two \
-                         arguments"
+                        "numbers are written with a point, as in 9.81, and min, max and mod take \
+                         two arguments"
                     }
                     _ => return None,
                 };

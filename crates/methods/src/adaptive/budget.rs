@@ -1,5 +1,6 @@
 //! The error allowed of a step, given the tolerance of the run.
 
+use crate::kernels::reductions::see_size;
 use afterbay_core::{Scalar, State, Tolerance, Vector, larger_or_nan};
 use std::array::from_fn;
 
@@ -125,11 +126,7 @@ fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
 /// max |x_j|, or NaN if an entry is not finite.
 #[inline(always)]
 pub(crate) fn largest<V: Vector>(x: &V) -> f64 {
-    // Comparisons ignore NaN, so it is accumulated separately.
-    let see = |[most, poison]: [f64; 2], x: &V::Scalar| {
-        let x = x.to_f64().abs();
-        [if x > most { x } else { most }, poison + 0.0 * x]
-    };
+    let see = |found: [f64; 2], x: &V::Scalar| see_size(found, x.to_f64().abs());
     let nothing = [0.0; 2];
     let [most, poison] = if V::LEN.is_some() {
         x.as_slice().iter().fold(nothing, see)

@@ -1,7 +1,7 @@
 //! The projection of (q, p) onto a given value of H, which makes K exact. The motors of a drive are
 //! not moved: their coordinate is the time, and their momentum the energy supplied.
 
-use crate::kernels::reductions::{max_norm, sum};
+use crate::kernels::reductions::{max_norm, sum, terms};
 use crate::rounding::{RESTORED_ROUNDINGS, SMALL_ROUNDINGS, rounding};
 use afterbay_core::{Mask, Scalar, System};
 
@@ -66,7 +66,7 @@ impl<'a, T: Scalar> Projection<'a, T> {
         let mut rounding = self.rounding(n, self.slope, [q, p], *energy);
         let first = (*energy - self.target).abs().to_f64();
         let length = steep.to_f64().sqrt() / unit;
-        let (mut way, mut before) = (0.0, f64::INFINITY);
+        let (mut distance, mut before) = (0.0, f64::INFINITY);
         // The derivative of H along the line: first by the given slope, then by the secant, as far
         // as the two agree.
         let (mut slope, bounds) = (steep, [steep.half(), steep + steep]);
@@ -79,7 +79,7 @@ impl<'a, T: Scalar> Projection<'a, T> {
                 || (size <= RESTORED_ROUNDINGS * rounding && size > 0.5 * before)
             {
                 let is_long = first > LONG_PROJECTION * (self.size + self.target.abs().to_f64());
-                let moved = way > 0.0;
+                let moved = distance > 0.0;
                 let here = if moved && is_long { self.rounding_at(system, q, p) } else { rounding };
                 if size <= RESTORED_ROUNDINGS * here {
                     return Ok(moved);
@@ -92,10 +92,10 @@ impl<'a, T: Scalar> Projection<'a, T> {
                 slope = if near { secant } else { slope };
             }
             (lambda, last) = (missing / slope, missing);
-            way += lambda.abs().to_f64() * length;
+            distance += lambda.abs().to_f64() * length;
             // NaN counts as too large.
-            if !(way <= self.share && size <= 0.5 * before) {
-                return Err(way / self.share);
+            if !(distance <= self.share && size <= 0.5 * before) {
+                return Err(distance / self.share);
             }
             before = size;
             for j in 0..n {
@@ -110,8 +110,7 @@ impl<'a, T: Scalar> Projection<'a, T> {
     #[inline(always)]
     fn rounding(&self, n: usize, [hq, hp]: [&[T]; 2], [q, p]: [&[T]; 2], energy: T) -> f64 {
         let supplied = p[n..].iter().fold(T::zero(), |sum, p| sum + p.abs());
-        let terms = sum([&hq[..n], &q[..n]], |[hq, q]| (hq * q).abs())
-            + sum([&hp[..n], &p[..n]], |[hp, p]| (hp * p).abs());
+        let terms = terms(&hq[..n], &q[..n]) + terms(&hp[..n], &p[..n]);
         rounding::<T>(self.size + (energy.abs() + (supplied + terms)).to_f64())
     }
 

@@ -14,6 +14,7 @@ use crate::adaptive::{
     Budget, KINK_ORDER, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides, balance_by_motor,
 };
 use crate::collocation;
+use crate::kernels::reductions::largest_if_finite;
 use afterbay_core::{
     Attempt, Curvature, Effort, Quad, Scalar, State, StepFailure, Tolerance, Vector,
 };
@@ -152,7 +153,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 Ok(()) => {}
                 // K is off either because the step is long, or because near an equilibrium no
                 // change of (q, p) changes it.
-                Err(way) if error > ROUNDING_SUSPECTED_BELOW => error = way.max(REFUSED_ERROR),
+                Err(ratio) if error > ROUNDING_SUSPECTED_BELOW => error = ratio.max(REFUSED_ERROR),
                 Err(_) => effort += self.rounded(system, h, state)?,
             }
         }
@@ -306,8 +307,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         for sweeps in 1..=MOST_SWEEPS {
             let moved = self.trial.sweep(system, &self.gauss, h, state);
             let [q, p, w] = [moved[0] * inverse[0], moved[1] * inverse[1], moved[2] * inverse[2]];
-            let larger = |a: f64, b: f64| if a > b { a } else { b };
-            let change = larger(larger(q, p), w) + 0.0 * (q + p + w);
+            let change = largest_if_finite([q, p, w]);
             if !change.is_finite() {
                 return Err(self.trial.not_finite());
             }

@@ -9,6 +9,7 @@
 
 use super::engine::Engine;
 use super::stages::weighted;
+use crate::kernels::reductions::largest_if_finite;
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 use std::array::from_fn;
 
@@ -61,7 +62,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let q = (length * velocity[0] * kernel / forgets).max(by_p);
         let errors = [q / scales[0], p / scales[1]];
         let w = length * loss[0] * kernel.max(share(loss)) / forgets / scales[2];
-        let value = errors[0].max(errors[1]).max(w) + 0.0 * (q + w);
+        let value = largest_if_finite([errors[0], errors[1], w]);
         if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
     }
 

@@ -6,8 +6,9 @@
 use super::iteration::{Problem, Workspace};
 use super::nodes::losses;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
+use crate::commit::non_finite;
 use crate::rounding::roundings;
-use afterbay_core::{Curvature, Mask, Quantity, Scalar, StepFailure, Vector};
+use afterbay_core::{Curvature, Mask, Scalar, StepFailure, Vector};
 
 impl<V: Vector> Workspace<V> {
     /// Computes z1, w1 and the defect.
@@ -39,12 +40,7 @@ impl<V: Vector> Workspace<V> {
             }
         }
         if !finite.all() {
-            let parts = [
-                (Quantity::Coordinate, &*q),
-                (Quantity::Momentum, &*p),
-                (Quantity::Reservoir, &*w),
-            ];
-            return Err(StepFailure::non_finite(&parts));
+            return Err(non_finite([q, p, w]));
         }
         self.gained = gained;
         self.weigh(system, start);

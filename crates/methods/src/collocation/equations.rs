@@ -8,6 +8,7 @@
 
 use super::rule::Modes;
 use super::spectrum::{self, Eigenvalue};
+use crate::kernels::reductions::largest_entry;
 use crate::linear::{Matrix, PhaseSpace, Unsolvable};
 use afterbay_core::{Curvature, Scalar, StepFailure};
 use faer::c64;
@@ -150,13 +151,7 @@ impl Equations {
     pub(super) fn largest(&self) -> [(f64, usize); 2] {
         let (q, p) = self.missing.split_at(self.stages * self.n);
         [q, p].map(|part| {
-            let (mut most, mut at) = (0.0_f64, 0);
-            for (k, x) in part.iter().enumerate() {
-                let larger = x.abs() > most || x.is_nan();
-                if larger && !most.is_nan() {
-                    (most, at) = (x.abs(), k);
-                }
-            }
+            let (most, at) = largest_entry(part.iter().map(|x| x.abs()));
             (most, at / self.stages)
         })
     }

@@ -10,8 +10,9 @@ use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::{Modes, NODES, Panel, extrapolate, extrapolation, none, rules, value};
+use crate::commit::store;
 use crate::gradient_check::check_gradient;
-use crate::kernels::reductions::max_norm;
+use crate::kernels::reductions::{largest_if_finite, max_norm};
 use crate::legendre::MODES;
 use crate::measured_rounding::EnergyRounding;
 use afterbay_core::solver::Updates;
@@ -205,11 +206,7 @@ impl<V: Vector> Workspace<V> {
     /// Writes the new state.
     #[inline]
     pub(super) fn commit(&self, state: &mut State<V>) {
-        state.q.as_mut_slice().copy_from_slice(self.q.as_slice());
-        state.p.as_mut_slice().copy_from_slice(self.p.as_slice());
-        if self.dissipative {
-            state.w.as_mut_slice().copy_from_slice(self.w.as_slice());
-        }
+        store(state, self.ends().map(V::as_slice), self.dissipative);
     }
 
     /// Sets the initial guess.
@@ -327,7 +324,7 @@ impl<V: Vector> Workspace<V> {
         let change_q = exchange(next, q_modes, sizes[0], length);
         forces(system, panels, nodes, slopes, q, [q_modes, q_modes], next);
         let change_p = exchange(next, p_modes, sizes[1], length);
-        change_q.max(change_p) + 0.0 * (change_q + change_p)
+        largest_if_finite([change_q, change_p])
     }
 }
 

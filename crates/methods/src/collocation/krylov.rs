@@ -13,6 +13,7 @@ use super::nodes::extent;
 use super::progress::Progress;
 use super::rule::Modes;
 use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
+use crate::kernels::reductions::largest_if_finite;
 use crate::linear::Gmres;
 use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
@@ -195,7 +196,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Exact<'_, '_, V,
     fn update(&mut self) -> Result<f64, StepFailure> {
         let [q, p] = self.step.equations.largest();
         let changes = [q.0 * self.weights[0], p.0 * self.weights[1]];
-        self.change = changes[0].max(changes[1]) + 0.0 * (changes[0] + changes[1]);
+        self.change = largest_if_finite(changes);
         self.dof = if changes[0] > changes[1] { q.1 } else { p.1 };
         if !self.change.is_finite() {
             return Err(self.stalled());

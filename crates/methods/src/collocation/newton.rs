@@ -12,6 +12,7 @@ use super::nodes::{extent, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::Modes;
 use crate::iteration::{Correction, Iteration, Verdict};
+use crate::kernels::reductions::largest_if_finite;
 use afterbay_core::solver::Updates;
 use afterbay_core::{Curvature, Quantity, Scalar, StepFailure, Vector};
 
@@ -161,7 +162,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         let [(dq, q), (dp, p)] = equations.largest();
         let h = h.to_f64();
         let changes = [share(dq, h, &state.q, q_modes), share(dp, h, &state.p, p_modes)];
-        let change = changes[0].max(changes[1]) + 0.0 * (changes[0] + changes[1]);
+        let change = largest_if_finite(changes);
         self.dof = if changes[0] >= changes[1] { q } else { p };
         if change.is_finite() { Ok(change) } else { Err(self.stalled(self.dof, change)) }
     }

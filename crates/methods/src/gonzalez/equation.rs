@@ -2,10 +2,11 @@
 //! correction of Δz.
 
 use super::jacobian::Jacobian;
+use super::lambda::Lambda;
 use crate::kernels::reductions::{dot, products};
 use crate::linear::LinearSolver;
 use crate::measured_rounding::EnergyRounding;
-use afterbay_core::{Curvature, InputError, Mask, Scalar, State, System, Vector};
+use afterbay_core::{Curvature, InputError, Scalar, State, System, Vector};
 
 /// The new state and the memory of the iteration.
 #[derive(Clone, Debug)]
@@ -61,25 +62,6 @@ pub struct Workspace<V: Vector> {
     pub(super) energy_rounding: f64,
     pub(super) lambda_rounding: f64,
     pub(super) force_rounding: f64,
-}
-
-/// λ, the rounding of its numerator over ε|Δz|², and 1/|Δz|²; all 0 where λ = 0 is imposed.
-pub(crate) struct Lambda<T> {
-    pub(super) value: T,
-    pub(super) rough: f64,
-    pub(super) inverse: f64,
-}
-
-impl<T: Scalar> Lambda<T> {
-    /// λ = 0
-    pub(crate) fn zero() -> Self {
-        Self { value: T::zero(), rough: 0.0, inverse: 0.0 }
-    }
-
-    /// The change of K without λ, λ |Δz|², in roundings of H.
-    pub(super) fn roundings(&self) -> f64 {
-        if self.rough > 0.0 { self.value.to_f64().abs() / (T::EPSILON * self.rough) } else { 0.0 }
-    }
 }
 
 impl<V: Vector> Workspace<V> {
@@ -171,14 +153,8 @@ impl<V: Vector> Workspace<V> {
         let [along_p, square_p] = products(self.dp.as_slice(), self.hp.as_slice());
         let along = along_q + along_p;
         let square = if self.has_motors { self.square_of_free() } else { square_q + square_p };
-        // If |Δz|² underflows, there is no divisor.
-        if square.le(V::Scalar::from_f64(f64::MIN_POSITIVE / V::Scalar::EPSILON)).any() {
-            return Lambda::zero();
-        }
-        let end = system.energy(self.q.as_slice(), self.p.as_slice());
-        let inverse = 1.0 / square.to_f64();
-        let rough = ((self.start.abs() + end.abs()).to_f64() + self.lambda_rounding) * inverse;
-        Lambda { value: (end - self.start - along) / square, rough, inverse }
+        let energies = || [self.start, system.energy(self.q.as_slice(), self.p.as_slice())];
+        Lambda::of(along, square, energies, self.lambda_rounding)
     }
 
     /// |Δz|² without the motors.

@@ -6,9 +6,10 @@
 //! Jacobian at the explicit z0 + h/2 f(z0) saves few corrections on short steps. On long steps that
 //! point may be so far out that corrections are small only because the Jacobian is large.)
 
-use super::equation::{Lambda, Workspace};
-use super::update::terms;
+use super::equation::Workspace;
+use super::lambda::Lambda;
 use crate::iteration::{CONTINUATION, Correction, Iteration, Verdict};
+use crate::kernels::reductions::terms;
 use crate::second_derivatives::SecondDerivatives;
 use afterbay_core::solver::{Updates, follow};
 use afterbay_core::{Curvature, Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
@@ -32,11 +33,6 @@ const NOISE_ROUNDINGS: f64 = 64.0;
 /// The size of the next correction, in roundings, below which it is omitted. Omitted at every step,
 /// it makes K drift by this amount.
 const OMITTED_ROUNDINGS: f64 = 1.0 / 1024.0;
-/// The largest noise of h λ at which λ is part of the equation.
-pub(crate) const LARGEST_LAMBDA_NOISE: f64 = 1e-3;
-/// If K would change without λ by more than this number of roundings of H, λ is part of the
-/// equation however large its noise is.
-pub(crate) const NEGLIGIBLE_ROUNDINGS: f64 = 16.0;
 
 impl<V: Vector> Workspace<V> {
     /// Computes Δz, z̄ and z1. `finish` computes w1 and returns whether it accepts the solution.
@@ -63,8 +59,8 @@ impl<V: Vector> Workspace<V> {
             lambda,
             resolved: None,
             renewed: false,
-            quiet: 0,
-            reach: f64::NAN,
+            in_noise: 0,
+            noise_share: f64::NAN,
             spent: 0,
         };
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
@@ -100,8 +96,8 @@ impl<V: Vector> Workspace<V> {
             let [hq, hp] = &mut self.end_slopes;
             system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
             // A rounding of z changes H by a rounding of these terms.
-            let made_of = (terms(hq, &state.q) + terms(hp, &state.p)).to_f64();
-            (self.energy_rounding, self.lambda_rounding) = (measured, measured + made_of);
+            let terms = (terms(hq.as_slice(), q) + terms(hp.as_slice(), p)).to_f64();
+            (self.energy_rounding, self.lambda_rounding) = (measured, measured + terms);
         }
         Ok(())
     }
@@ -121,9 +117,9 @@ struct Step<'a, V: Vector, S: ?Sized> {
     /// Whether the Jacobian was renewed.
     renewed: bool,
     /// The number of corrections in a row that may be noise, the first with a fresh Jacobian.
-    quiet: u32,
+    in_noise: u32,
     /// The last correction relative to z, and to the terms of the equation.
-    reach: f64,
+    noise_share: f64,
     /// The number of corrections in this step.
     spent: u32,
 }
@@ -132,19 +128,11 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
     const MOST_CORRECTIONS: u32 = 40;
 
     fn residual(&mut self) -> Result<(), StepFailure> {
-        let Self { workspace, system, h, .. } = self;
-        self.spent += 1;
+        let Self { workspace, system, h, lambda, resolved, spent, .. } = self;
+        *spent += 1;
         workspace.evaluate(*system);
-        self.lambda = workspace.lambda(*system);
-        if self.lambda.inverse > 0.0 {
-            let noise = h.to_f64().abs() * V::Scalar::EPSILON * self.lambda.rough;
-            let resolved =
-                noise < LARGEST_LAMBDA_NOISE || self.lambda.roundings() > NEGLIGIBLE_ROUNDINGS;
-            if !*self.resolved.get_or_insert(resolved) {
-                self.lambda = Lambda::zero();
-            }
-        }
-        workspace.residual(*system, *h, &self.lambda);
+        *lambda = workspace.lambda(*system).if_resolved(*h, resolved);
+        workspace.residual(*system, *h, lambda);
         Ok(())
     }
 
@@ -164,7 +152,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
 
     fn update(&mut self) -> Result<f64, StepFailure> {
         let update = self.workspace.update(self.h, self.state, &self.lambda);
-        self.reach = update.reach;
+        self.noise_share = update.noise_share;
         if update.size.is_finite() { Ok(update.size) } else { Err(self.workspace.not_finite()) }
     }
 
@@ -177,7 +165,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         let Correction { count, is_fresh, is_last } = correction;
         let next_is_rounding = size <= epsilon
             || (ratio < 0.5 && updates.next_is_at_most(OMITTED_ROUNDINGS * epsilon));
-        let small = self.reach <= NOISE_ROUNDINGS * epsilon;
+        let small = self.noise_share <= NOISE_ROUNDINGS * epsilon;
         let done = next_is_rounding || (small && updates.stalled(STALLED_IN_NOISE));
         // If the Jacobian had to be renewed, convergence must be confirmed by a correction with a
         // Jacobian evaluated at the current iterate.
@@ -186,8 +174,9 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         }
         // Near an equilibrium the noise of λ stays large relative to p, but is negligible relative
         // to the forces. A correction with a Jacobian evaluated here must confirm this first.
-        self.quiet = if small && (is_fresh || self.quiet > 0) { self.quiet + 1 } else { 0 };
-        if self.quiet > STALLED_ABOVE_NOISE {
+        self.in_noise =
+            if small && (is_fresh || self.in_noise > 0) { self.in_noise + 1 } else { 0 };
+        if self.in_noise > STALLED_ABOVE_NOISE {
             return Ok(Verdict::Converged);
         }
         if updates.stalled(STALLED_ABOVE_NOISE) || is_last {
@@ -205,7 +194,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
 impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
     /// Solves the step of size h from the current Δz.
     fn solve_from_here(&mut self) -> Result<(), StepFailure> {
-        (self.resolved, self.renewed, self.quiet) = (None, false, 0);
+        (self.resolved, self.renewed, self.in_noise) = (None, false, 0);
         self.converge()
     }
 

@@ -1,8 +1,10 @@
 //! The application of a correction: its size, the check of K, and the failure if the iteration does
 //! not converge.
 
-use super::equation::{Lambda, Workspace};
+use super::equation::Workspace;
+use super::lambda::Lambda;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
+use crate::kernels::reductions::terms;
 use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
 use crate::second_derivatives::second_order;
 use afterbay_core::{Curvature, Mask, Quantity, Scalar, State, StepFailure, Vector};
@@ -14,7 +16,7 @@ const LARGEST_DEFECT: f64 = 1e-3;
 /// the reverse.
 pub(super) struct Update {
     pub(super) size: f64,
-    pub(super) reach: f64,
+    pub(super) noise_share: f64,
 }
 
 /// The largest entries of a correction, of z and of Δz.
@@ -46,10 +48,10 @@ impl<V: Vector> Workspace<V> {
             |q_scale, p_scale| share(q.correction, q_scale).max(share(p.correction, p_scale));
         let size = beside(q_scale, p_scale);
         let finite = (q.correction + p.correction).is_finite();
-        let p_reach = h.to_f64().abs().mul_add(self.force_rounding, p_scale);
-        let reach = beside(gain.mul_add(p_reach, q_scale), gain.mul_add(q_scale, p_reach));
+        let p_terms = h.to_f64().abs().mul_add(self.force_rounding, p_scale);
+        let noise_share = beside(gain.mul_add(p_terms, q_scale), gain.mul_add(q_scale, p_terms));
         let size = if finite { size } else { f64::NAN };
-        Update { size, reach }
+        Update { size, noise_share }
     }
 
     /// Computes w1, and returns whether K is near its old value. It is not if corrections were
@@ -78,16 +80,17 @@ impl<V: Vector> Workspace<V> {
         let off = (end - start + spent[0]).abs();
         self.energy = end;
         // H may be a small sum of large terms.
-        let made_of = terms(&self.hq, &self.q_mean) + terms(&self.hp, &self.p_mean);
+        let of_slope = terms(self.hq.as_slice(), self.q_mean.as_slice())
+            + terms(self.hp.as_slice(), self.p_mean.as_slice());
         let size = start.abs()
             + end.abs()
             + spent[1]
-            + made_of
+            + of_slope
             + V::Scalar::from_f64(self.energy_rounding);
         if off.to_f64() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(size.to_f64()) {
             return true;
         }
-        self.restore(system, state, [start, spent[0], spent[1]])
+        self.restore(system, state, start, spent)
     }
 
     /// Moves z1 along ∇H until K equals its old value to rounding. If that is impossible, as close
@@ -97,19 +100,21 @@ impl<V: Vector> Workspace<V> {
         &mut self,
         system: &S,
         state: &State<V>,
-        [start, gained, spent]: [V::Scalar; 3],
+        start: V::Scalar,
+        [gained, spent]: [V::Scalar; 2],
     ) -> bool
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let [hq, hp] = &mut self.end_slopes;
         let slopes = |q: &V, p: &V, hq: &mut V, hp: &mut V| {
-            system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
+            let (q, p, hq, hp) = (q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
+            system.gradient(q, p, hq, hp);
             terms(hq, q) + terms(hp, p)
         };
         let before = slopes(&state.q, &state.p, hq, hp);
-        let made_of = before + slopes(&self.q, &self.p, hq, hp);
-        let size = start.abs() + self.energy.abs() + spent + made_of;
+        let of_slopes = before + slopes(&self.q, &self.p, hq, hp);
+        let size = start.abs() + self.energy.abs() + spent + of_slopes;
         let off = (self.energy - start + gained).abs();
         // At an equilibrium these terms vanish, and a rounding of z changes H in second order.
         let second_order = second_order(system, self.q_mean.as_slice(), self.p_mean.as_slice());
@@ -173,12 +178,6 @@ impl<V: Vector> Workspace<V> {
         self.dq.as_mut_slice().copy_from_slice(self.kept[0].as_slice());
         self.dp.as_mut_slice().copy_from_slice(self.kept[1].as_slice());
     }
-}
-
-/// Σ |∂H/∂z_j z_j|
-pub(super) fn terms<V: Vector>(slope: &V, z: &V) -> V::Scalar {
-    let terms = slope.as_slice().iter().zip(z.as_slice());
-    terms.fold(V::Scalar::zero(), |sum, (&slope, &z)| sum + (slope * z).abs())
 }
 
 /// Adds `correction` to the increment, then computes start + increment/2 and start + increment.

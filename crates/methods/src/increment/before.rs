@@ -1,6 +1,7 @@
 //! A copy of the state before a step, restored if the step fails.
 
-use afterbay_core::{Effort, Mask, Quantity, Scalar, State, StepFailure, Vector};
+use crate::commit::non_finite;
+use afterbay_core::{Effort, Mask, Scalar, State, StepFailure, Vector};
 
 /// (q, p, w) before the step.
 #[derive(Clone, Debug)]
@@ -40,8 +41,8 @@ impl<V: Vector> Before<V> {
         p.as_mut_slice().copy_from_slice(state.p.as_slice());
         w.as_mut_slice().copy_from_slice(state.w.as_slice());
         let outcome = sweeps(state).and_then(|effort| {
-            finite(state)?;
             let after = [&state.q, &state.p, &state.w].map(V::as_slice);
+            finite(after)?;
             check([q.as_slice(), p.as_slice(), w.as_slice()], after)?;
             Ok(effort)
         });
@@ -54,19 +55,10 @@ impl<V: Vector> Before<V> {
     }
 }
 
-/// Checks that the state is finite.
-fn finite<V: Vector>(state: &State<V>) -> Result<(), StepFailure> {
-    let parts = [
-        (Quantity::Coordinate, state.q.as_slice()),
-        (Quantity::Momentum, state.p.as_slice()),
-        (Quantity::Reservoir, state.w.as_slice()),
-    ];
-    let all = |part: &[V::Scalar]| {
-        part.iter().fold(V::Scalar::zero().is_finite(), |mask, x| mask.and(x.is_finite())).all()
+/// Checks that (q, p, w) is finite, without a branch at every number.
+fn finite<T: Scalar>(state: [&[T]; 3]) -> Result<(), StepFailure> {
+    let all = |part: &[T]| {
+        part.iter().fold(T::zero().is_finite(), |mask, x| mask.and(x.is_finite())).all()
     };
-    if parts.iter().all(|(_, part)| all(part)) {
-        Ok(())
-    } else {
-        Err(StepFailure::non_finite(&parts))
-    }
+    if state.into_iter().all(all) { Ok(()) } else { Err(non_finite(state)) }
 }

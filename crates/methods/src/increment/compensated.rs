@@ -27,7 +27,7 @@
 
 use super::sweep::{Member, Stride, coordinate, largest_if_dense};
 use super::{Before, Friction, Increment, ordering};
-use crate::coordinate::{Along, Pull};
+use crate::coordinate::{Edge, MomentumEquation};
 use afterbay_core::solver::{Equation, Newton, Root};
 use afterbay_core::{
     Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State,
@@ -210,14 +210,14 @@ impl<P> Compensated<P> {
             let member = Member { index: j, dof: j };
             let stride = Stride { h: h.nearest(), largest_q };
             let rough = coordinate(system, stride, member, [q, p], dissipative);
-            let mut along = Along { system, j, q: &mut *q, p: &mut *p };
-            let pull = Pull { coordinate: &rough, along: &mut along };
-            let root = Newton::nearly(j, rough.p, pull, RESIDUAL_ROUNDINGS)?;
+            let mut edge = Edge { system, j, q: &mut *q, p: &mut *p };
+            let equation = MomentumEquation { coordinate: &rough, edge: &mut edge };
+            let root = Newton::nearly(j, rough.p, equation, RESIDUAL_ROUNDINGS)?;
             let stride = Stride { h, largest_q: Corrected::exact(largest_q) };
             let exact = coordinate(&self.exact, stride, member, [exact_q, exact_p], dissipative);
-            let mut along = Along { system: &self.exact, j, q: &mut *exact_q, p: &mut *exact_p };
-            let root = refined(Pull { coordinate: &exact, along: &mut along }, root)?;
-            let moved = exact.moved(root, along);
+            let mut edge = Edge { system: &self.exact, j, q: &mut *exact_q, p: &mut *exact_p };
+            let root = refined(MomentumEquation { coordinate: &exact, edge: &mut edge }, root)?;
+            let moved = exact.moved(root, edge);
             (exact_q[j], exact_p[j]) = (moved.q.normalised(), moved.p.normalised());
             let to = exact_q[j].nearest();
             if system.may_be_singular() && system.is_singular_along(q, j, to) {
@@ -237,15 +237,15 @@ impl<P> Compensated<P> {
 /// The solution of the equation in corrected numbers, starting from the solution in f64.
 #[inline(always)]
 fn refined<T: Lanewise, P: Separable<Corrected<T>>>(
-    mut equation: Pull<'_, '_, Corrected<T>, P>,
+    mut equation: MomentumEquation<'_, '_, Corrected<T>, P>,
     root: Root<T>,
 ) -> Result<Root<Corrected<T>>, StepFailure> {
     let v = Corrected::exact(root.x);
-    let (coordinate, pull) = (equation.coordinate, equation.at(Corrected::one(), v));
-    let residual = (coordinate.p - v - pull.value).nearest();
-    let inverse = (T::one() + pull.slope.rounded()).recip();
+    let (coordinate, at_v) = (equation.coordinate, equation.at(Corrected::one(), v));
+    let residual = (coordinate.p - v - at_v.value).nearest();
+    let inverse = (T::one() + at_v.slope.rounded()).recip();
     let correction = residual * inverse;
-    let sizes = coordinate.p.nearest().abs() + pull.value_rounding.rounded();
+    let sizes = coordinate.p.nearest().abs() + at_v.value_rounding.rounded();
     let enters = sizes.mul_add(inverse.abs(), root.x.abs());
     let evaluations = root.evaluations + 1;
     if correction.abs().le(T::from_f64(LARGEST_CORRECTION) * enters).all() {

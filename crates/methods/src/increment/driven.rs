@@ -1,7 +1,7 @@
 //! The coordinates and the motors of a driven system in a sweep.
 
 use super::sweep::{Member, Stride, coordinate};
-use crate::coordinate::Along;
+use crate::coordinate::Edge;
 use afterbay_core::solver::Newton;
 use afterbay_core::{Scalar, Separable, StepFailure, Supply};
 
@@ -28,7 +28,7 @@ where
     let drive = known.map(|supply| supply.force);
     let member = Member { index: j, dof: j };
     let coordinate = coordinate(system, stride, member, [q, p], dissipative);
-    let moved = coordinate.under(drive).advance(&Newton, Along { system, j, q, p })?;
+    let moved = coordinate.under(drive).advance(&Newton, Edge { system, j, q, p })?;
     let from = std::mem::replace(&mut q[j], moved.q);
     p[j] = moved.p;
     if dissipative {

@@ -26,7 +26,7 @@ mod plane;
 
 use super::before::Before;
 use super::{Composition, ordering};
-use crate::balance::{self, Account};
+use crate::balance::{Account, check_step};
 use crate::kernels::reductions::largest;
 use afterbay_core::{
     Effort, InputError, Method, PhasePlane, Scalar, Slopes, State, StepFailure, Vector,
@@ -112,24 +112,21 @@ fn balanced<T: Scalar, S: PhasePlane<T> + ?Sized>(
     before: [&[T]; 3],
     after: [&[T]; 3],
 ) -> Result<(), StepFailure> {
-    let sum = |x: &mut dyn Iterator<Item = T>| x.fold(T::zero(), |sum, x| sum + x);
-    let account = |[q, p, w]: [&[T]; 3]| {
+    let account = |q: &[T], p: &[T]| {
         let energy = system.energy(q, p);
-        Account { energy, size: energy.abs() + sum(&mut w.iter().map(|w| w.abs())) }
+        Account { energy, size: energy.abs() }
     };
-    let mut gains = before[2].iter().zip(after[2]).map(|(&before, &after)| after - before);
-    let gained = sum(&mut gains);
     // The kinetic and the potential energy may cancel in H.
     let second_order = || {
         let at = |[q, p, _]: [&[T]; 3]| {
-            sum(&mut (0..q.len()).map(|j| {
+            (0..q.len()).fold(T::zero(), |sum, j| {
                 let Slopes { hq, hp, .. } = system.slopes(q, p, j, [q[j], p[j]]);
-                (hq * q[j]).abs() + (hp * p[j]).abs()
-            }))
+                sum + ((hq * q[j]).abs() + (hp * p[j]).abs())
+            })
         };
         Ok(at(before) + at(after))
     };
-    balance::check(account(before), account(after), gained, second_order)
+    check_step(before, after, account, second_order)
 }
 
 /// Updates every degree of freedom once, in the given order.

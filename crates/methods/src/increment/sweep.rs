@@ -1,7 +1,7 @@
 //! A sweep: every coordinate moves once along its edge, in a given order.
 
 use super::driven::advance_driven;
-use crate::coordinate::{Along, Coordinate, Moved, Rates};
+use crate::coordinate::{Coordinate, Edge, Moved, Rates};
 use crate::kernels::reductions::{larger, largest};
 use afterbay_core::solver::{Newton, Solver};
 use afterbay_core::{Coupling, Effort, Scalar, Separable, State, StepFailure, Vector};
@@ -96,7 +96,7 @@ where
     S: Separable<T> + ?Sized,
 {
     coordinate(system, stride, member, [q, p], dissipative)
-        .advance(solver, Along { system, j: member.index, q, p })
+        .advance(solver, Edge { system, j: member.index, q, p })
 }
 
 /// Collects the data of a coordinate before it moves.

@@ -10,6 +10,34 @@ pub(crate) fn larger<T: Scalar>(most: T, x: &T) -> T {
     T::select(most.lt(x.abs()), x.abs(), most)
 }
 
+/// The largest size so far with one more, and a second number that is 0, or NaN once a size is not
+/// finite: comparisons ignore NaN.
+#[inline(always)]
+pub(crate) fn see_size([most, poison]: [f64; 2], size: f64) -> [f64; 2] {
+    [if size > most { size } else { most }, poison + 0.0 * size]
+}
+
+/// The largest of sizes, or NaN if they are not all finite.
+#[inline(always)]
+pub(crate) fn largest_if_finite<const N: usize>(sizes: [f64; N]) -> f64 {
+    let most = sizes.into_iter().fold(0.0, |most, size| if size > most { size } else { most });
+    most + 0.0 * sizes.into_iter().sum::<f64>()
+}
+
+/// The largest size with its index, or the first that is NaN; 0 for no sizes.
+pub(crate) fn largest_entry(sizes: impl Iterator<Item = f64>) -> (f64, usize) {
+    sizes.enumerate().fold((0.0_f64, 0), |(most, at), (k, size)| {
+        let replaces = size > most || (size.is_nan() && !most.is_nan());
+        if replaces { (size, k) } else { (most, at) }
+    })
+}
+
+/// Σ |slope_j z_j|, the terms of ∇H·z whose rounding is that of z in H.
+#[inline(always)]
+pub(crate) fn terms<T: Scalar>(slope: &[T], z: &[T]) -> T {
+    sum([slope, z], |[slope, z]| (slope * z).abs())
+}
+
 /// The largest |x_j| as an `f64`, 0 for no numbers. NaN is ignored.
 #[inline]
 pub(crate) fn max_norm<T: Scalar>(x: &[T]) -> f64 {
@@ -184,6 +212,24 @@ mod tests {
                 assert!((largest_difference(&x, &y) - 17.0).abs() < 1e-13);
             }
         }
+    }
+
+    #[test]
+    fn a_maximum_of_sizes_keeps_nan_wherever_it_stands() {
+        let sizes = [1.0, 3.0, 2.0];
+        assert_eq!(largest_if_finite(sizes), 3.0);
+        assert_eq!(sizes.into_iter().fold([0.0; 2], see_size), [3.0, 0.0]);
+        assert_eq!(largest_entry(sizes.into_iter()), (3.0, 1));
+        assert_eq!(largest_entry([].into_iter()), (0.0, 0));
+        for (at, wrong) in (0..3).zip([f64::NAN, f64::INFINITY, f64::NAN]) {
+            let mut bad = sizes;
+            bad[at] = wrong;
+            assert!(largest_if_finite(bad).is_nan(), "{bad:?}");
+            let [most, poison] = bad.into_iter().fold([0.0; 2], see_size);
+            assert!((most + poison).is_nan(), "{bad:?}");
+            assert_eq!(largest_entry(bad.into_iter()).1, at, "{bad:?}");
+        }
+        assert_eq!(largest_entry([f64::NAN, f64::NAN, 1.0].into_iter()).1, 0);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! with A.
 
 use super::slopes::Slopes;
-use crate::gonzalez::{LARGEST_LAMBDA_NOISE, NEGLIGIBLE_ROUNDINGS};
+use crate::gonzalez::lambda::Lambda;
 use crate::linear_flow::LinearFlow;
 use crate::measured_rounding::EnergyRounding;
 use afterbay_core::{Curvature, InputError, Scalar, State, Vector};
@@ -118,10 +118,7 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// λ = [H(z1) - H(z0) - ∇H(z̄)·Δz] / |Δz|².
-    ///
-    /// Returns 0 if the rounding error of λ would disturb the iteration and K changes without λ by
-    /// a few roundings of H at most, as near an equilibrium.
+    /// λ, or 0 where it is not resolved ([`Lambda::if_resolved`]).
     fn lambda<S>(&mut self, system: &S, h: V::Scalar, start: V::Scalar) -> V::Scalar
     where
         S: Curvature<V::Scalar> + ?Sized,
@@ -134,14 +131,9 @@ impl<V: Vector> Workspace<V> {
             let own = &dz.as_slice()[..self.free];
             square = own.iter().fold(square, |square, &dz| dz.mul_add(dz, square));
         }
-        if square.to_f64() <= f64::MIN_POSITIVE / V::Scalar::EPSILON {
-            return zero;
-        }
-        let end = system.energy(self.end[0].as_slice(), self.end[1].as_slice());
-        let terms = (start.abs() + end.abs()).to_f64() + self.energy_rounding.largest();
-        let (excess, rounding) = (end - start - along, V::Scalar::EPSILON * terms);
-        let felt = (h.abs() / square).to_f64() * rounding > LARGEST_LAMBDA_NOISE;
-        let resolved = !felt || excess.abs().to_f64() > NEGLIGIBLE_ROUNDINGS * rounding;
-        if *self.resolved.get_or_insert(resolved) { excess / square } else { zero }
+        let [q, p] = [&self.end[0], &self.end[1]].map(V::as_slice);
+        let energies = || [start, system.energy(q, p)];
+        let lambda = Lambda::of(along, square, energies, self.energy_rounding.largest());
+        lambda.if_resolved(h, &mut self.resolved).value
     }
 }

@@ -4,7 +4,7 @@ use super::equation::Workspace;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
 use crate::commit;
 use crate::iteration::{Correction, Iteration, Verdict};
-use crate::kernels::reductions::max_norm;
+use crate::kernels::reductions::{largest_entry, max_norm, terms};
 use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding, roundings};
 use crate::second_derivatives::SecondDerivatives;
 use afterbay_core::solver::Updates;
@@ -73,15 +73,12 @@ impl<V: Vector> Workspace<V> {
         let mut most = (0.0_f64, 0.0, 0);
         for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
             let (dz, y) = (self.dz[i].as_mut_slice(), self.flow.y[i].as_slice());
-            let (mut moved, mut scale) = ((0.0_f64, 0), 0.0_f64);
-            for (j, (dz, &y)) in dz.iter_mut().zip(y).enumerate() {
-                let by = (y - *dz).abs().to_f64();
-                if by > moved.0 || by.is_nan() {
-                    moved = (by, j);
-                }
-                scale = scale.max(start.as_slice()[j].abs().to_f64() + y.abs().to_f64());
-                *dz = y;
-            }
+            let moved = largest_entry(y.iter().zip(&*dz).map(|(&y, &dz)| (y - dz).abs().to_f64()));
+            let ends = start.as_slice().iter().zip(y);
+            let scale = ends.fold(0.0_f64, |scale, (start, y)| {
+                scale.max(start.abs().to_f64() + y.abs().to_f64())
+            });
+            dz.copy_from_slice(y);
             // Numbers near underflow are rounded by up to the least normal number.
             let least = f64::MIN_POSITIVE / V::Scalar::EPSILON;
             let share = if moved.0 == 0.0 { 0.0 } else { moved.0 / (scale + least) };
@@ -166,8 +163,9 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
         let (mut gained, mut size) = (zero, start.abs());
         for j in 0..n {
             gained += w[j] - w0[j];
-            size += w[j].abs() + w0[j].abs() + (hq[j] * q[j]).abs() + (hp[j] * p[j]).abs();
+            size += w[j].abs() + w0[j].abs();
         }
+        size += terms(hq, q) + terms(hp, p);
         let mut energy = system.energy(q, p);
         if !energy.is_finite().all() {
             return Err(StepFailure::non_finite(&[(Quantity::Energy, &[energy])]));
@@ -249,11 +247,11 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
                     middle_p[j] = p[j] - dz[1][j].half();
                 }
                 let (sq, sp) = (sq.as_mut_slice(), sp.as_mut_slice());
-                slopes.bend([middle_q, middle_p], [sq, sp]);
+                slopes.multiply_hessian([middle_q, middle_p], [sq, sp]);
                 drag.copy_from_slice(rest);
                 sp.iter_mut().zip(v).for_each(|(sp, &v)| *sp += v);
-                slopes.rub(sp, drag);
-                slopes.tilt(middle_q, drag);
+                slopes.add_dissipation(sp, drag);
+                slopes.add_position_terms(middle_q, drag);
                 for j in 0..w.len() {
                     w[j] = weight.mul_add(drag[j] * sp[j], w[j]);
                 }

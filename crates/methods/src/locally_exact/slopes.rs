@@ -31,7 +31,7 @@ const LINEAR_ROUNDINGS: f64 = 64.0;
 enum Kind {
     Diagonal,
     Matrix,
-    Turning,
+    SkewRankTwo,
 }
 
 /// S, R and E at z̄.
@@ -44,7 +44,7 @@ pub(super) struct Slopes<V: Vector> {
     linear: bool,
     kind: Kind,
     /// The number of degrees of freedom that are not motors
-    own: usize,
+    free: usize,
     damping: DissipationForm,
     diagonal: V,
     /// Columns of R: the rows `reach` above and below the diagonal
@@ -52,7 +52,7 @@ pub(super) struct Slopes<V: Vector> {
     reach: usize,
     /// ρ, g and u
     rate: V::Scalar,
-    turn: [V; 2],
+    skew: [V; 2],
     /// The motors, each with the degree of freedom j that it drives, and R_mj = -F_j
     motors: Vec<(usize, usize, V::Scalar)>,
 }
@@ -90,13 +90,13 @@ impl<V: Vector> Slopes<V> {
             by_q: Vec::with_capacity(counts[1]),
             linear: system.is_linear(),
             kind: Kind::Diagonal,
-            own: n - system.motors(),
+            free: n - system.motors(),
             damping,
             diagonal: V::zeros(n),
             columns: vec![V::Scalar::zero(); entries],
             reach,
             rate: V::Scalar::zero(),
-            turn: [V::zeros(n), V::zeros(n)],
+            skew: [V::zeros(n), V::zeros(n)],
             motors,
         })
     }
@@ -133,11 +133,11 @@ impl<V: Vector> Slopes<V> {
             self.motors.iter_mut().for_each(|(m, _, r)| *r = found[*m]);
             probe.fill(V::Scalar::zero());
         }
-        let own = self.own;
-        let ask = |probe: &[V::Scalar], found: &mut [V::Scalar]| {
+        let free = self.free;
+        let evaluate_d = |probe: &[V::Scalar], found: &mut [V::Scalar]| {
             system.dissipation(q, p, probe, found);
             found.iter_mut().zip(&*rest).for_each(|(found, &rest)| *found -= rest);
-            found[own..].fill(V::Scalar::zero());
+            found[free..].fill(V::Scalar::zero());
         };
         if !self.damping.coupled {
             self.kind = Kind::Diagonal;
@@ -146,17 +146,17 @@ impl<V: Vector> Slopes<V> {
             for (probe, &v) in probe.iter_mut().zip(v) {
                 *probe = if self.damping.linear || v == V::Scalar::zero() { one } else { v };
             }
-            ask(probe, found);
+            evaluate_d(probe, found);
             self.secants(probe, found, |_| true);
         } else {
-            self.probe(v, [probe, found], &ask);
-            ask(v, found);
+            self.probe(v, [probe, found], &evaluate_d);
+            evaluate_d(v, found);
             if !self.is_linear(v, found, rest) {
-                self.bend_to(&v[..own], [probe, found], &ask);
+                self.set_nonlinear_r(&v[..free], [probe, found], &evaluate_d);
             }
         }
         d.copy_from_slice(rest);
-        self.rub(v, d);
+        self.add_dissipation(v, d);
     }
 
     /// Sets R_jj for the degrees of freedom in `meant`, given the values `found` of D - D(z̄, 0) at
@@ -175,7 +175,7 @@ impl<V: Vector> Slopes<V> {
         &mut self,
         v: &[V::Scalar],
         [probe, found]: [&mut [V::Scalar]; 2],
-        ask: &impl Fn(&[V::Scalar], &mut [V::Scalar]),
+        evaluate_d: &impl Fn(&[V::Scalar], &mut [V::Scalar]),
     ) {
         self.kind = Kind::Matrix;
         let (n, reach) = (v.len(), self.reach);
@@ -183,7 +183,7 @@ impl<V: Vector> Slopes<V> {
         for colour in 0..width {
             probe.fill(V::Scalar::zero());
             probe.iter_mut().skip(colour).step_by(width).for_each(|x| *x = V::Scalar::one());
-            ask(probe, found);
+            evaluate_d(probe, found);
             for k in (colour..n).step_by(width) {
                 let rows = rows(n, reach, k);
                 self.columns[k * width..][..rows.len()].copy_from_slice(&found[rows]);
@@ -208,11 +208,11 @@ impl<V: Vector> Slopes<V> {
 
     /// Sets R for D that is not linear in the velocities v of the degrees of freedom, given the
     /// value `found` of D - D(z̄, 0) there.
-    fn bend_to(
+    fn set_nonlinear_r(
         &mut self,
         v: &[V::Scalar],
         [probe, found]: [&mut [V::Scalar]; 2],
-        ask: &impl Fn(&[V::Scalar], &mut [V::Scalar]),
+        evaluate_d: &impl Fn(&[V::Scalar], &mut [V::Scalar]),
     ) {
         let (zero, one) = (V::Scalar::zero(), V::Scalar::one());
         let largest = max_norm(v);
@@ -225,15 +225,15 @@ impl<V: Vector> Slopes<V> {
             for (j, probe) in probe.iter_mut().enumerate() {
                 *probe = if moves(j) { v[j] } else { least };
             }
-            ask(probe, found);
+            evaluate_d(probe, found);
             self.secants(probe, found, |j| !moves(j));
             return;
         }
-        self.kind = Kind::Turning;
-        let [turn, unit] = &mut self.turn;
-        let (turn, unit) = (turn.as_mut_slice(), unit.as_mut_slice());
+        self.kind = Kind::SkewRankTwo;
+        let [skew, unit] = &mut self.skew;
+        let (skew, unit) = (skew.as_mut_slice(), unit.as_mut_slice());
         self.rate = zero;
-        turn.fill(zero);
+        skew.fill(zero);
         unit.fill(zero);
         if largest == 0.0 || !largest.is_finite() {
             return;
@@ -244,15 +244,19 @@ impl<V: Vector> Slopes<V> {
         unit.iter_mut().zip(v).for_each(|(unit, &v)| *unit = v / length);
         let along =
             found.iter().zip(&*unit).fold(zero, |sum, (&d, &unit)| d.mul_add(unit, sum)) / length;
-        let owed = self.damping.passive == Passive::InSum && along.to_f64() < 0.0;
-        self.rate = if owed { zero } else { along };
-        for ((turn, &d), &unit) in turn.iter_mut().zip(&*found).zip(&*unit) {
-            *turn = d / length - along * unit;
+        let negative = self.damping.passive == Passive::InSum && along.to_f64() < 0.0;
+        self.rate = if negative { zero } else { along };
+        for ((skew, &d), &unit) in skew.iter_mut().zip(&*found).zip(&*unit) {
+            *skew = d / length - along * unit;
         }
     }
 
     /// S x
-    pub(super) fn bend(&self, [q, p]: [&[V::Scalar]; 2], [sq, sp]: [&mut [V::Scalar]; 2]) {
+    pub(super) fn multiply_hessian(
+        &self,
+        [q, p]: [&[V::Scalar]; 2],
+        [sq, sp]: [&mut [V::Scalar]; 2],
+    ) {
         sq.fill(V::Scalar::zero());
         sp.fill(V::Scalar::zero());
         for &(block, i, j, x) in &self.entries {
@@ -269,7 +273,7 @@ impl<V: Vector> Slopes<V> {
     }
 
     /// Adds R v to `to`.
-    pub(super) fn rub(&self, v: &[V::Scalar], to: &mut [V::Scalar]) {
+    pub(super) fn add_dissipation(&self, v: &[V::Scalar], to: &mut [V::Scalar]) {
         let zero = V::Scalar::zero();
         match self.kind {
             Kind::Diagonal => {
@@ -285,13 +289,13 @@ impl<V: Vector> Slopes<V> {
                     to[rows].iter_mut().zip(column).for_each(|(to, &r)| *to = r.mul_add(v, *to));
                 }
             }
-            Kind::Turning => {
-                let [turn, unit] = [self.turn[0].as_slice(), self.turn[1].as_slice()];
+            Kind::SkewRankTwo => {
+                let [skew, unit] = [self.skew[0].as_slice(), self.skew[1].as_slice()];
                 let along =
                     |x: &[V::Scalar]| x.iter().zip(v).fold(zero, |sum, (&x, &v)| x.mul_add(v, sum));
-                let [by_turn, by_unit] = [along(turn), along(unit)];
-                for (j, to) in to[..self.own].iter_mut().enumerate() {
-                    *to += self.rate * v[j] + (turn[j] * by_unit - unit[j] * by_turn);
+                let [by_skew, by_unit] = [along(skew), along(unit)];
+                for (j, to) in to[..self.free].iter_mut().enumerate() {
+                    *to += self.rate * v[j] + (skew[j] * by_unit - unit[j] * by_skew);
                 }
             }
         }
@@ -299,7 +303,7 @@ impl<V: Vector> Slopes<V> {
     }
 
     /// Adds E x to `to`.
-    pub(super) fn tilt(&self, x: &[V::Scalar], to: &mut [V::Scalar]) {
+    pub(super) fn add_position_terms(&self, x: &[V::Scalar], to: &mut [V::Scalar]) {
         for &(i, j, entry) in &self.by_q {
             to[i] = entry.mul_add(x[j], to[i]);
         }
@@ -312,9 +316,9 @@ impl<V: Vector> Slopes<V> {
         [a, b]: [&mut [V::Scalar]; 2],
         [sq, sp]: [&mut [V::Scalar]; 2],
     ) {
-        self.bend(x, [&mut *sq, &mut *sp]);
-        self.rub(sp, sq);
-        self.tilt(x[0], sq);
+        self.multiply_hessian(x, [&mut *sq, &mut *sp]);
+        self.add_dissipation(sp, sq);
+        self.add_position_terms(x[0], sq);
         a.copy_from_slice(sp);
         b.iter_mut().zip(&*sq).for_each(|(b, &s)| *b = -s);
     }

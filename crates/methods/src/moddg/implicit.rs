@@ -2,9 +2,8 @@
 
 use super::steps::Steps;
 use super::{ModDg, commit, one_degree_of_freedom};
-use crate::balance::{self, Account};
-use crate::coordinate::{Along, Coordinate, Rates};
-use crate::gradient_check::check_partials;
+use crate::balance::{Account, check, second_order_of_potential};
+use crate::coordinate::{Coordinate, Edge, Rates};
 use afterbay_core::solver::Solver;
 use afterbay_core::{Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector};
 
@@ -53,7 +52,7 @@ where
             drive: (),
         };
         let moved =
-            coordinate.advance(&self.solver, Along { system, j: 0, q: &mut [q], p: &mut [p] })?;
+            coordinate.advance(&self.solver, Edge { system, j: 0, q: &mut [q], p: &mut [p] })?;
         if !system.has_exact_divided_differences() {
             balanced(system, [q, moved.q], [p, moved.p], w)?;
         }
@@ -75,12 +74,6 @@ fn balanced<T: Scalar, S: Separable<T> + ?Sized>(
         let energy = system.energy(&[q], &[T::zero()]);
         Account { energy, size: energy.abs() + p * p / system.mass(0) + w.abs() }
     };
-    let second_order = || {
-        let at = |q: T| {
-            (q * system.partial(&[q], 0, q)).abs() + balance::rounding_of_potential(system, &[q])
-        };
-        check_partials(system, &[q0], &[p0])?;
-        Ok(at(q0) + at(q1))
-    };
-    balance::check(account(q0, p0), account(q1, p1), -rise, second_order)
+    let second_order = || second_order_of_potential(system, [&[q0], &[q1]], &[p0]);
+    check(account(q0, p0), account(q1, p1), -rise, second_order)
 }

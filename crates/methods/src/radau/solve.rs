@@ -8,6 +8,7 @@
 use super::engine::Engine;
 use super::share::{Allowed, power};
 use super::stages::Stages;
+use crate::kernels::reductions::see_size;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// The largest number of corrections of a step.
@@ -170,20 +171,17 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 Stages::<V, S>::residual(tables, h, p, f, d),
             ]
         });
-        // 0 as long as all corrections are finite, else NaN.
-        let (mut most, mut invalid) = (0.0_f64, 0.0);
+        let mut found = [0.0; 2];
         for d in 0..n {
             let corrections = equations.solution(d);
             for ((to, by), share) in [&mut *q, &mut *p].into_iter().zip(corrections).zip(shares) {
                 for (to, by) in to.iter_mut().zip(by) {
                     to.as_mut_slice()[d] += V::Scalar::from_f64(by);
-                    let size = by.abs() * share;
-                    most = if size > most { size } else { most };
-                    invalid += 0.0 * size;
+                    found = see_size(found, by.abs() * share);
                 }
             }
         }
-        most + invalid
+        found[0] + found[1]
     }
 
     /// The failure of an iteration that does not converge.

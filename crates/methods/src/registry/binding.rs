@@ -3,6 +3,7 @@
 
 use super::Run;
 use super::erased::{chosen, fixed};
+use super::run::named;
 use super::stepper::ErasedMethod;
 use crate::hidden_coupling::has_hidden_coupling;
 use crate::moddg::steps::Equation;
@@ -171,7 +172,8 @@ impl<T: Scalar> Target<'_, T> {
         M: Method<V, S> + Send + Sync + 'static,
         M::Workspace: Clone + Send + Sync + 'static,
     {
-        let method = ErasedMethod::<V>::new(method, system)?;
+        let method = ErasedMethod::<V>::new(method, system);
+        let method = method.map_err(|error| named(self.name, error))?;
         fixed::<V, dyn Abilities<T>, _>(self.name, method, Arc::clone(self.system))
     }
 

@@ -1,9 +1,9 @@
 //! A method and its system behind one trait, for runs of every kind of method.
 
-use super::run::{Part, Run, Show};
+use super::run::{Part, Run, Show, named};
 use afterbay_core::{
-    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Method, Observer, Quantity,
-    RunError, Scalar, State, StateRef, Statistics, System, Tolerance, Vector, integrate_in,
+    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Mask, Method, Observer, Quantity,
+    RunError, Scalar, State, StateRef, Statistics, System, Tolerance, Vector, Watch, integrate_in,
     integrate_within, sample_within,
 };
 use std::marker::PhantomData;
@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 
 /// [`super::Stepping`] with the storage of states erased.
 pub(super) type ErasedStepping<'a, T> =
-    Box<dyn FnMut(T, Place<'_, T>) -> Result<Effort, IntegrateError> + 'a>;
+    Box<dyn FnMut(T, Place<'_, T>, Watch<'_, T>) -> Result<Effort, IntegrateError> + 'a>;
 
 /// The slices of a state, which are read before a run and written after it.
 pub(super) struct Place<'a, T> {
@@ -42,8 +42,8 @@ impl<'a, T: Scalar> Place<'a, T> {
     }
 }
 
-/// A placeholder for the name of the method in errors. [`Run::named`] replaces it.
-pub(super) const UNNAMED: &str = "";
+/// A placeholder for the name of the method in errors. [`named`] replaces it.
+const UNNAMED: &str = "";
 
 fn takes_a_tolerance() -> InputError {
     InputError::Unsupported { method: UNNAMED, why: "it takes a tolerance, not a step" }
@@ -155,9 +155,15 @@ where
         let (mut state, mut left) = (place.take::<V>(), V::filled(remainder, |x| x));
         let look = |step: u64, state: &State<V>| show(step, state.state_ref());
         let mut observer = Every::starting(first, stride, look);
-        let states = (&mut state, &mut left);
-        let outcome =
-            integrate_in(&self.method, &*self.system, grid, states, workspace, &mut observer);
+        let outcome = integrate_in(
+            &self.method,
+            &*self.system,
+            grid,
+            &mut state,
+            &mut left,
+            workspace,
+            &mut observer,
+        );
         place.put(&state);
         remainder.copy_from_slice(left.as_slice());
         outcome
@@ -187,7 +193,7 @@ where
     fn stepper(&self, _tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
         let (mut workspace, zero) = (self.workspace.clone(), V::Scalar::zero());
         let mut remainder = vec![zero; self.system.dof()];
-        Box::new(move |h, place| {
+        Box::new(move |h, place, _| {
             remainder.fill(zero);
             let grid = Grid { h, steps: 1 };
             let part = Part { grid, first: 0, stride: u64::MAX, remainder: &mut remainder };
@@ -223,11 +229,15 @@ where
     }
 
     fn stepper(&self, tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
-        Box::new(move |h, place| {
+        Box::new(move |h, place, watch| {
             let (mut state, system) = (place.take::<V>(), &*self.system);
             let end = state.t + h;
+            let mut between = |n: u64, state: &State<V>| match state.t.lt(end).all() {
+                true if n > 0 => watch(state.state_ref()),
+                _ => ControlFlow::Continue(()),
+            };
             let found =
-                integrate_within(&self.method, system, &tolerance, end, &mut state, &mut ())?;
+                integrate_within(&self.method, system, &tolerance, end, &mut state, &mut between)?;
             place.put(&state);
             Ok(found.effort)
         })
@@ -294,7 +304,7 @@ where
     M::Workspace: Clone + Send + Sync + 'static,
 {
     fits::<V>(system.dof())?;
-    let workspace = method.workspace(&system)?;
+    let workspace = method.workspace(&system).map_err(|error| named(name, error))?;
     let bound = Fixed {
         method,
         system,

@@ -1,9 +1,9 @@
 //! A method bound to a system, with the types of both erased.
 
-use super::erased::{Erased, Place, Sampling, UNNAMED};
+use super::erased::{Erased, Place, Sampling};
 use afterbay_core::{
     Effort, Grid, InputError, IntegrateError, Quantity, Scalar, State, StateRef, Statistics,
-    Tolerance, Vector,
+    Tolerance, Vector, Watch,
 };
 use std::ops::ControlFlow;
 
@@ -38,15 +38,23 @@ pub struct Part<'a, T> {
 /// The callback of a run: receives the number of steps taken and the state. `Break` ends the run.
 pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
-/// Takes a step of the given length. The time of the state does not change, and the state is
-/// unchanged after an error.
+/// Takes a step of the given length. A method that chooses its steps passes the states between its
+/// own steps to the watch. The time of the state does not change, and the state is unchanged after
+/// an error.
 pub type Stepping<'a, T> =
-    Box<dyn FnMut(T, &mut State<Vec<T>>) -> Result<Effort, IntegrateError> + 'a>;
+    Box<dyn FnMut(T, &mut State<Vec<T>>, Watch<'_, T>) -> Result<Effort, IntegrateError> + 'a>;
 
 /// A method bound to a system. The types of both, and the storage of states, are erased.
 pub struct Run<T: Scalar> {
     pub(super) method: &'static str,
     pub(super) bound: Box<dyn Erased<T>>,
+}
+
+impl<T: Scalar> std::fmt::Debug for Run<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (method, dof) = (self.method, self.bound.dof());
+        f.debug_struct("Run").field("method", &method).field("dof", &dof).finish_non_exhaustive()
+    }
 }
 
 impl<T: Scalar> Run<T> {
@@ -157,22 +165,28 @@ impl<T: Scalar> Run<T> {
     /// [`integrate_with_events`]: afterbay_core::integrate_with_events
     pub fn stepper(&self, tolerance: Tolerance) -> Stepping<'_, T> {
         let mut step = self.bound.stepper(tolerance);
-        Box::new(move |h, state| {
+        Box::new(move |h, state, watch| {
             state.check(self.bound.dof())?;
             let t = state.t;
-            let outcome = step(h, Place::of(state)).map_err(|error| self.named(error));
+            let outcome = step(h, Place::of(state), watch).map_err(|error| self.named(error));
             state.t = t;
             outcome
         })
     }
 
-    /// Inserts the name of the method into an error that has none.
+    /// Names the method in an error as its row does.
     fn named(&self, error: IntegrateError) -> IntegrateError {
         match error {
-            IntegrateError::Input(InputError::Unsupported { method: UNNAMED, why }) => {
-                InputError::Unsupported { method: self.method, why }.into()
-            }
+            IntegrateError::Input(error) => named(self.method, error).into(),
             error => error,
         }
+    }
+}
+
+/// Names the method in an error as its row does. A method itself knows its family only.
+pub(super) fn named(method: &'static str, error: InputError) -> InputError {
+    match error {
+        InputError::Unsupported { why, .. } => InputError::Unsupported { method, why },
+        error => error,
     }
 }

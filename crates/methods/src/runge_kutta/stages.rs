@@ -1,6 +1,7 @@
 //! The stages of an explicit Runge-Kutta step, and their weighted sums.
 
 use super::tableau::{Tableau, Terms, number};
+use crate::kernels::reductions::see_size;
 use afterbay_core::{Scalar, State, System, Vector};
 use std::array::from_fn;
 
@@ -181,12 +182,10 @@ fn largest_in_blocks<V: Vector, const PART: usize, const WIDTH: usize>(
     }
 }
 
-/// Updates the largest absolute number, and a second number that is NaN once a number is not
-/// finite, since comparisons ignore NaN.
+/// [`see_size`] for |x|.
 #[inline(always)]
-fn see<T: Scalar>([most, poison]: [f64; 2], x: T) -> [f64; 2] {
-    let x = x.to_f64().abs();
-    [if x > most { x } else { most }, poison + 0.0 * x]
+fn see<T: Scalar>(found: [f64; 2], x: T) -> [f64; 2] {
+    see_size(found, x.to_f64().abs())
 }
 
 /// Σ a_k slope_k of WIDTH numbers from the index `from`.

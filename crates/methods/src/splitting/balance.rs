@@ -3,7 +3,7 @@
 use super::Workspace;
 use crate::adaptive::Projection;
 use crate::commit::check;
-use crate::kernels::reductions::{largest_difference, max_norm, sum};
+use crate::kernels::reductions::{largest_difference, max_norm, sum, terms};
 use crate::rounding::{RESTORED_ROUNDINGS, SMALL_ROUNDINGS, rounding, roundings};
 use afterbay_core::{Quantity, Scalar, Separable, State, StepFailure, Vector};
 
@@ -53,21 +53,7 @@ impl<V: Vector> Workspace<V> {
     {
         let gained = sum([self.gain.as_slice()], |[gain]| gain.abs());
         let size = self.energy[0].abs() + gained;
-        let ends = [(&self.q, &state.q), (&self.p, &state.p)];
-        let sizes = ends.map(|(end, start)| {
-            let [end, start] = [end, start].map(|z| &z.as_slice()[..self.first_motor]);
-            [largest_difference(end, start).to_f64(), max_norm(end)]
-        });
-        let allowed = |[change, most]: [f64; 2]| {
-            LARGEST_SHARE * change + ROUNDINGS * V::Scalar::EPSILON * most
-        };
-        let (scales, share) = match norm {
-            Norm::Euclidean => {
-                let [q, p] = sizes;
-                ([1.0; 2], allowed([q[0].max(p[0]), q[1].max(p[1])]))
-            }
-            Norm::OfChanges => (sizes.map(allowed), 1.0),
-        };
+        let (scales, share) = self.allowed(state, norm);
         let Self { q, p, hq, hp, .. } = self;
         let mut energy = system.energy(q.as_slice(), p.as_slice());
         // Near rest a rounding of K may take more than a small projection.
@@ -111,6 +97,26 @@ impl<V: Vector> Workspace<V> {
         Ok(Balance::Unrestored { excess })
     }
 
+    /// The scales of q and p in the norm, and the largest projection in it.
+    #[inline]
+    fn allowed(&self, state: &State<V>, norm: Norm) -> ([f64; 2], f64) {
+        let ends = [(&self.q, &state.q), (&self.p, &state.p)];
+        let sizes = ends.map(|(end, start)| {
+            let [end, start] = [end, start].map(|z| &z.as_slice()[..self.first_motor]);
+            [largest_difference(end, start).to_f64(), max_norm(end)]
+        });
+        let allowed = |[change, most]: [f64; 2]| {
+            LARGEST_SHARE * change + ROUNDINGS * V::Scalar::EPSILON * most
+        };
+        match norm {
+            Norm::Euclidean => {
+                let [q, p] = sizes;
+                ([1.0; 2], allowed([q[0].max(p[0]), q[1].max(p[1])]))
+            }
+            Norm::OfChanges => (sizes.map(allowed), 1.0),
+        }
+    }
+
     /// Whether K is off by a rounding of its terms, or of those that cancel inside H.
     #[cold]
     pub(super) fn is_noise<S>(
@@ -125,16 +131,14 @@ impl<V: Vector> Workspace<V> {
         let Self { q, p, hq, hp, gain, energy_rounding, .. } = self;
         let (q, p) = (q.as_slice(), p.as_slice());
         system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
-        let products =
-            |slope: &V, z: &[V::Scalar]| sum([slope.as_slice(), z], |[h, z]| (h * z).abs());
         let energy = system.energy(q, p);
         let known =
             self.energy[0].abs() + energy.abs() + sum([gain.as_slice()], |[gain]| gain.abs());
-        let first_order = (known + products(hq, q) + products(hp, p)).to_f64();
+        let first_order = (known + terms(hq.as_slice(), q) + terms(hp.as_slice(), p)).to_f64();
         let second_order = second_order(system, q, p) * V::Scalar::EPSILON;
         energy_rounding.measure(system, state.q.as_slice(), state.p.as_slice())?;
-        let terms = first_order + second_order + energy_rounding.measure(system, q, p)?;
-        Ok((energy - target).to_f64().abs() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(terms))
+        let size = first_order + second_order + energy_rounding.measure(system, q, p)?;
+        Ok((energy - target).to_f64().abs() <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(size))
     }
 }
 

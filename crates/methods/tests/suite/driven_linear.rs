@@ -196,7 +196,7 @@ fn steps_allocate_nothing() {
 }
 
 fn refusal(case: &Case) -> String {
-    case.bound::<f64>().err().expect("a refusal").to_string()
+    case.bound::<f64>().expect_err("a refusal").to_string()
 }
 
 #[test]

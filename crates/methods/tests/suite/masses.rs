@@ -1,15 +1,17 @@
-//! Invalid masses are refused before the first step, by every method that divides by them, with an
-//! error that names the mass.
+//! Invalid masses are refused before the first step, with an error that names the mass: by every
+//! row of the registry, and by every method on formulas.
 
 use crate::bind::{after, by_force, linear, nonlinear, separable};
 use afterbay_core::{
-    Block, Correction, Curvature, Dissipation, Grid, InputError, IntegrateError, Linear,
-    Misprinted, OrderRaising, Separable, State, System, integrate,
+    Block, Correction, Curvature, Dissipation, Formulas, FromFormulas, Grid, InputError,
+    IntegrateError, Linear, Misprinted, OrderRaising, Scalar, Separable, State, System, Tolerance,
+    integrate, integrate_within,
 };
-use afterbay_methods::ModDg;
 use afterbay_methods::moddg::ClosedForm;
 use afterbay_methods::moddg::steps::Plain;
-use afterbay_methods::registry::{FIXED, Needs, Row, find};
+use afterbay_methods::registry::{FIXED, METHODS, Needs, Row, bind, find};
+use afterbay_methods::{AdaptiveDop853, ModDg, Rk4};
+use std::sync::Arc;
 
 /// H = Σ [p_j²/(2 m_j) + q_j²/2] without friction, one mass each.
 #[derive(Clone)]
@@ -94,15 +96,13 @@ fn assert_mass<T>(row: &Row, found: Result<T, InputError>, at: usize, mass: f64)
     );
 }
 
-/// Whether the method uses no mass: it evaluates ∂H/∂p.
-fn is_free(row: &Row) -> bool {
-    matches!(row.needs, Needs::Any | Needs::Curvature | Needs::Linear)
-}
-
 #[test]
 fn what_is_no_mass_is_refused_with_one_degree_of_freedom() {
-    for row in FIXED.iter().filter(|row| !is_free(row)) {
-        assert!(linear::<f64, _>(row, Weights([2.0])).is_ok(), "{}", row.name);
+    for row in FIXED {
+        // The others need second derivatives, which `linear` does not give.
+        if !matches!(row.needs, Needs::Curvature | Needs::Linear) {
+            assert!(linear::<f64, _>(row, Weights([2.0])).is_ok(), "{}", row.name);
+        }
         for mass in NO_MASSES {
             assert_mass(row, linear::<f64, _>(row, Weights([mass])), 0, mass);
             if row.needs != Needs::Printed {
@@ -140,14 +140,60 @@ fn a_run_that_needs_a_mass_does_not_start_without_one() {
     let refused = InputError::Mass { dof: 0, value: -1.0 };
     assert_eq!(run(&Weights([-1.0])), Err(IntegrateError::Input(refused.clone())));
     assert_eq!(run(&Weights([1.0])), Ok(()));
-    // Methods of the registry are refused when they are bound. RK4 does not divide by a mass.
+    // Methods of the registry are refused when they are bound.
     let bound = |name: &str, mass: f64| by_force::<f64, _>(find(name).unwrap(), Weights([mass]));
-    for name in ["leapfrog", "increment-2", "moddg"] {
+    for name in ["rk4", "leapfrog", "increment-2", "moddg"] {
         assert_eq!(bound(name, -1.0).err(), Some(refused.clone()), "{name}");
     }
-    for (name, mass) in [("rk4", -1.0), ("leapfrog", 1.0), ("increment-2", 1.0), ("moddg", 1.0)] {
+    for name in ["rk4", "leapfrog", "increment-2", "moddg"] {
         let start = State::new(vec![1.0], vec![0.5]).unwrap();
-        let end = after(&bound(name, mass).unwrap(), Grid::of(0.1, 3).unwrap(), &start);
+        let end = after(&bound(name, 1.0).unwrap(), Grid::of(0.1, 3).unwrap(), &start);
         assert!(end.q != start.q && end.t > 0.25, "{name}: {end:?}");
+    }
+}
+
+/// Two free particles on springs.
+struct Springs(f64);
+
+impl Formulas for Springs {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        (q[0] * q[0] + q[1] * q[1]).half()
+    }
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+        v[j]
+    }
+    fn mass(&self, j: usize) -> f64 {
+        [1.0, self.0][j]
+    }
+}
+
+/// RK4 and DOP853 evaluate ∂H/∂p and would not notice.
+#[test]
+fn formulas_with_an_invalid_mass_are_not_run() {
+    for mass in NO_MASSES {
+        for row in METHODS {
+            assert_mass(row, bind::<f64>(row, Arc::new(FromFormulas(Springs(mass)))), 1, mass);
+        }
+        let (system, start) = (FromFormulas(Springs(mass)), State::new([1.0; 2], [0.5; 2]));
+        let mut state = start.clone().unwrap();
+        let by_steps = integrate(&Rk4, &system, Grid::of(0.1, 3).unwrap(), &mut state, &mut ());
+        let by_tolerance = integrate_within(
+            &AdaptiveDop853,
+            &system,
+            &Tolerance::all(1e-6),
+            1.0,
+            &mut state,
+            &mut (),
+        );
+        for refused in [by_steps.map(drop), by_tolerance.map(drop)] {
+            let Err(IntegrateError::Input(InputError::Mass { dof: 1, value })) = refused else {
+                panic!("m = {mass}: {refused:?}")
+            };
+            assert_eq!(value.to_bits(), mass.to_bits());
+        }
+        assert_eq!(Ok(state), start);
     }
 }

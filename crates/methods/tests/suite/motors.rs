@@ -215,7 +215,7 @@ impl Scene {
 
     /// [q, p, w, s_t and s] of the degrees of freedom.
     pub(crate) fn parts<T: Scalar>(&self, state: StateRef<'_, T>) -> [Vec<T>; 4] {
-        let (dof, found) = (self.dof(), accounts(state, &self.motors()));
+        let (dof, found) = (self.dof(), accounts(state, &self.motors()).unwrap());
         let gained = found.pumped.into_iter().chain(found.s).collect();
         [state.q[..dof].to_vec(), state.p[..dof].to_vec(), found.w, gained]
     }
@@ -289,7 +289,7 @@ impl Scene {
                 assert!(late < most, "{} at step {step}: a motor is off by {late:e}", row.name);
                 let off = (state.total(&*system) - total).abs();
                 assert!(!row.keeps_k || off < 1e-12, "{}: K is off by {off:e}", row.name);
-                see(row, step, accounts(state, &motors));
+                see(row, step, accounts(state, &motors).unwrap());
                 ControlFlow::Continue(())
             })
             .unwrap_or_else(|error| panic!("{}: {error}", row.name));

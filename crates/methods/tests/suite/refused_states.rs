@@ -1,13 +1,14 @@
 //! States and times that a run refuses before its first step, and the message of each refusal.
 
 use crate::bind::by_force;
-use crate::catalog::{As, duffing, oscillator};
+use crate::catalog::{As, duffing, oscillator, written};
 use crate::failures::{Pair, assert_says, bound, closed, state};
 use afterbay_core::{
     Effort, Grid, InputError, IntegrateError, Quantity, State, StateRef, integrate,
 };
 use afterbay_methods::ModDg;
-use afterbay_methods::registry::find;
+use afterbay_methods::registry::{FIXED, find};
+use afterbay_systems::{Description, DissipationText};
 use std::ops::ControlFlow;
 
 #[test]
@@ -81,6 +82,25 @@ fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
         &State::new(vec![1.0, 2.0], vec![1.0]).unwrap_err(),
         &["p has 1 entry", "degrees of freedom is 2"],
     );
+}
+
+/// A method knows its family only, as `increment` for `increment-8`.
+#[test]
+fn a_method_that_does_not_apply_is_named_as_in_the_registry() {
+    let system = written(&Description {
+        potential: "q1^2/2 + q2^2/2".to_owned(),
+        dissipation: DissipationText::Forces(["v1*v2^2", "v2*v1^2"].map(str::to_owned).to_vec()),
+        ..Description::default()
+    });
+    let mut refused = 0;
+    for row in FIXED {
+        if let Err(InputError::Unsupported { method, why }) = system.bind::<f64>(row, As::Separable)
+        {
+            assert_eq!(method, row.name, "{why}");
+            refused += 1;
+        }
+    }
+    assert!(refused > 10, "{refused}");
 }
 
 #[test]

@@ -5,8 +5,8 @@ use super::{Family, SystemRow};
 use crate::{CustomDrive, Described};
 use afterbay_core::taylor::{self, Enclosed, Pace, Route};
 use afterbay_core::{
-    Abilities, Corrected, Drive, Driven, InputError, Interval, Lanewise, Quad, Scalar, Separable,
-    Series, State, StateRef, System, Vector, f64x8,
+    Abilities, Corrected, Drive, Driven, Grid, InputError, Interval, Lanewise, Quad, Scalar,
+    Separable, Series, State, StateRef, System, Vector, f64x8,
 };
 use std::sync::Arc;
 
@@ -240,7 +240,8 @@ fn follow<V: Vector>(
     let copy = |part: &[V::Scalar]| V::filled(part, |x| x);
     let start = State { q: copy(&start.q), p: copy(&start.p), w: copy(&start.w), t: start.t };
     let see = &mut |_, state: State<V>| see(state.state_ref());
-    taylor::follow((system, defect), &start, times, pace, stop, see)
+    let grid = Grid { h: times.0, steps: times.1 as u64 };
+    taylor::follow(system, defect, &start, grid, pace, stop, see)
 }
 
 /// A system given by expressions, in the scalar of its constants.

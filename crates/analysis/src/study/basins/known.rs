@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::{HashSet, VecDeque};
 use std::ops::ControlFlow;
 
-/// The largest distance of a state from a cycle that it has reached. Distances here are those of the
-/// metric of the survey.
+/// The largest distance of a state from a cycle that it has reached. Distances here are those of
+/// the metric of the survey.
 pub(super) const NEAR: f64 = 1e-3;
 /// The least sides of the boxes of an attractor without a period, relative to its extents.
 pub(super) const BOX: f64 = 0.02;

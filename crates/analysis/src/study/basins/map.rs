@@ -100,7 +100,7 @@ impl BasinMap {
         self.uncertain(width, 1) > 0.0
     }
 
-    /// The share of cells with a cell of another attractor so many cells beside them.
+    /// The share of cells with a cell of another attractor at a distance of `apart` cells.
     fn uncertain(&self, width: usize, apart: usize) -> f64 {
         let settled = |i: usize| ![UNSETTLED, UNSTABLE].contains(&self.cells[i].ending.outcome);
         let beside = |i: usize| [i - apart, i + apart];

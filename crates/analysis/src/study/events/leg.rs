@@ -9,8 +9,7 @@ use crate::study::outcome::{Ending, INTERRUPTED};
 use crate::study::trajectory::{Balance, Keep, KeptState, Legs, TrajectoryRow, of_run};
 use crate::study::trajectory::{SINGLE_STEPS, Steps};
 use afterbay_core::{
-    Abilities, Event, EventState, Grid, IntegrateError, OnEvent, StateRef, Tolerance,
-    integrate_with_events,
+    Abilities, Event, EventState, Grid, IntegrateError, StateRef, Tolerance, integrate_with_events,
 };
 use afterbay_methods::registry::Row;
 use std::cell::Cell;
@@ -62,9 +61,9 @@ pub fn advance(
     let mut happen = |i: usize, state: EventState<'_>| events.happen(i, state);
     let mut observe = |n: u64, state: StateRef<'_, f64>| walk.observe(n, state, progress);
     let rest = Grid { steps: grid.steps - begin, ..grid };
-    let pair = (&watched[..], &mut happen as OnEvent<'_>);
     let mut step = bound.stepper(Tolerance::all(tolerance));
-    let result = integrate_with_events(&mut *step, rest, &mut state, pair, &mut observe);
+    let result =
+        integrate_with_events(&mut *step, rest, &mut state, &watched, &mut happen, &mut observe);
     let result = result.map(drop).map_err(|error| of_run(begin, error));
     let Walk { keep, balance, piece, done, kept, leg_ends, .. } = walk;
     legs.done = done;

@@ -10,7 +10,6 @@ use afterbay_core::{
 };
 use afterbay_methods::registry::{Part, Run};
 use serde::{Deserialize, Serialize};
-use std::ops::ControlFlow;
 
 /// Sums over the deviations in a window.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
@@ -307,7 +306,7 @@ fn leg<T: Scalar>(
         if step > 0 {
             see(state);
         }
-        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        progress.flow()
     });
     result.map(drop).map_err(|error| match error {
         IntegrateError::Run(RunError { step, t, failure }) => {

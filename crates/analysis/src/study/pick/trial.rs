@@ -5,14 +5,12 @@ use super::dense::Dense;
 use super::setting::Choice;
 use crate::measured::{Doubt, Measured};
 use crate::progress::Progress;
-use crate::solution::distance;
+use crate::solution::{accounts, distance};
 use crate::study::Problem;
 use crate::study::outcome::Ending;
-use crate::study::passivity::Passivity;
-use crate::study::work_precision::ended;
-use afterbay_core::{
-    Abilities, Effort, IntegrateError, Motors, State, StateRef, accounts, larger_or_nan,
-};
+use crate::study::watch::Watch;
+use crate::study::work_precision::{ended, setting_in_words};
+use afterbay_core::{Abilities, Effort, IntegrateError, Motors, State, StateRef, larger_or_nan};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -101,10 +99,7 @@ impl Trial {
 
     /// The step or the tolerance, in words.
     pub fn setting(&self) -> String {
-        match self.tolerance {
-            Some(tolerance) => format!("tolerance = {tolerance:e}"),
-            None => format!("step = {:?}", self.h),
-        }
+        setting_in_words(self.h, self.tolerance)
     }
 }
 
@@ -115,15 +110,12 @@ pub(super) struct Bench<'a> {
     pub(super) dense: &'a Dense,
     pub(super) progress: &'a dyn Progress,
     system: Arc<dyn Abilities<f64>>,
-    total: f64,
 }
 
-/// Observes a run.
-struct Watch<'a> {
+/// Compares a run with the reference.
+struct Comparison<'a> {
     bench: &'a Bench<'a>,
-    drift: f64,
-    passivity: Passivity,
-    steps: u64,
+    watch: Watch<Arc<dyn Abilities<f64>>>,
     /// The time of the next comparison.
     next: f64,
     samples: u64,
@@ -145,14 +137,10 @@ fn off(found: StateRef<'_, f64>, z: &[f64], motors: &Motors) -> [f64; 2] {
     [larger_or_nan(q, p), w]
 }
 
-impl Watch<'_> {
+impl Comparison<'_> {
     fn see(&mut self, step: u64, state: StateRef<'_, f64>) -> ControlFlow<()> {
-        let Bench { problem, wanted, dense, progress, system, total } = self.bench;
-        self.drift = larger_or_nan(self.drift, (state.total(&**system) - total).abs());
-        if step > self.steps {
-            self.passivity.see(state);
-        }
-        self.steps = step;
+        let Bench { problem, wanted, dense, progress, .. } = self.bench;
+        self.watch.see(step, state);
         if state.t >= self.next && state.t < problem.end {
             self.next = state.t + problem.end / SAMPLES as f64;
             let [known, between] = dense.at(state.t, &mut self.z);
@@ -163,7 +151,7 @@ impl Watch<'_> {
                 self.take(state.t, errors, doubt);
             }
         }
-        if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        progress.flow()
     }
 
     fn take(&mut self, t: f64, [qp, w]: [f64; 2], doubt: Doubt) {
@@ -188,8 +176,7 @@ impl<'a> Bench<'a> {
         progress: &'a dyn Progress,
     ) -> Result<Self, IntegrateError> {
         let system = problem.model.system::<f64>()?;
-        let total = problem.start::<f64>()?.total(&*system);
-        Ok(Self { problem, wanted, dense, progress, system, total })
+        Ok(Self { problem, wanted, dense, progress, system })
     }
 
     /// Runs once. A failure of the run is recorded in the trial.
@@ -198,11 +185,10 @@ impl<'a> Bench<'a> {
     /// Invalid input.
     pub(super) fn run(&self, choice: Choice) -> Result<Trial, IntegrateError> {
         let (problem, mut state) = (self.problem, self.problem.start::<f64>()?);
-        let mut watch = Watch {
+        let start = state.state_ref();
+        let mut run = Comparison {
             bench: self,
-            drift: 0.0,
-            passivity: Passivity::new(&problem.model, state.state_ref())?,
-            steps: 0,
+            watch: Watch::new(self.system.clone(), &problem.model, start)?,
             next: 0.0,
             samples: 0,
             qp: Measured::default(),
@@ -211,16 +197,16 @@ impl<'a> Bench<'a> {
             z: vec![0.0; 3 * state.dof()],
         };
         let (row, setting) = (choice.row(), choice.setting(problem.end)?);
-        let look = &mut |step: u64, state: StateRef<'_, f64>| watch.see(step, state);
+        let look = &mut |step: u64, state: StateRef<'_, f64>| run.see(step, state);
         let result = problem.model.bind(row)?.run(setting, &mut state, 1, look);
-        let (ending, h, tolerance) = ended(&result, setting, watch.steps, &state, problem.end)?;
+        let (ending, h, tolerance) = ended(&result, setting, run.watch.steps, &state, problem.end)?;
         let effort = result.ok().map(|statistics| statistics.effort);
-        Ok(self.judged(watch, row.name, (h, tolerance), (ending, effort), &state))
+        Ok(self.judged(run, row.name, (h, tolerance), (ending, effort), &state))
     }
 
     fn judged(
         &self,
-        mut watch: Watch<'_>,
+        mut run: Comparison<'_>,
         method: &'static str,
         (h, tolerance): (f64, Option<f64>),
         (ending, effort): (Ending, Option<Effort>),
@@ -231,11 +217,11 @@ impl<'a> Bench<'a> {
             let exact = self.dense.end();
             let exact = [exact.q, exact.p, exact.w].concat();
             let errors = off(state.state_ref(), &exact, &self.problem.model.motors());
-            watch.take(self.problem.end, errors, self.dense.doubt_at_end());
+            run.take(self.problem.end, errors, self.dense.doubt_at_end());
             errors
         });
         let Ending { outcome, failure } = ending;
-        let Watch { qp, w, worst, samples, drift, passivity, steps, .. } = watch;
+        let Comparison { qp, w, worst, samples, watch, .. } = run;
         let end_doubt = self.dense.doubt_at_end();
         let decisive = match at_end {
             Some([end_qp, end_w]) if self.wanted.at_end => {
@@ -259,10 +245,10 @@ impl<'a> Bench<'a> {
             end_doubt_qp: end_doubt.qp,
             end_doubt_w: end_doubt.w,
             samples,
-            k_drift: drift,
-            passivity_violations: passivity.violations(),
+            k_drift: watch.drift,
+            passivity_violations: watch.violations(),
             seconds: None,
-            steps,
+            steps: watch.steps,
             evaluations: effort.map(|effort| effort.evaluations),
             iterations: effort.map(|effort| effort.iterations),
             failure,

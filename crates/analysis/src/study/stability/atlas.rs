@@ -17,9 +17,9 @@ pub struct AtlasRow {
     pub h: Option<f64>,
     /// The worst verdict at this h.
     pub verdict: Option<Verdict>,
-    /// The number of values with this verdict at this h, of so many.
+    /// The number of values with this verdict at this h, and the number of values judged at it.
     pub count: [usize; 2],
-    /// The number of cells without a reference, of so many.
+    /// The number of cells without a reference, and the number of all cells.
     pub unjudged: [usize; 2],
     /// The least value with this verdict at this h.
     pub from: Option<f64>,

@@ -8,11 +8,11 @@ use super::piece::{Place, StabilityRow, Way, cells};
 use super::reference::{Batch, Exact, Reference, References, batches, of_start};
 use crate::progress::Progress;
 use crate::study::Problem;
+use crate::study::cell::map_queue;
 use afterbay_core::{Grid, InputError};
 use afterbay_methods::registry::{self, Row};
 use rayon::prelude::*;
 use std::cmp::Reverse;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The most steps of a run.
 pub const MOST_STEPS: f64 = 1e7;
@@ -201,42 +201,39 @@ impl Map<'_> {
             .flat_map(|i| (0..steps).flat_map(move |j| (0..groups).map(move |k| [i, j, k])))
             .collect();
         tasks.sort_by_key(|&[_, j, _]| Reverse(observations[j].count));
-        let next = AtomicUsize::new(0);
-        let work = |_| {
-            let mut done = Vec::new();
-            while let Some(&[i, j, k]) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
-                if progress.stopped() {
-                    break;
-                }
-                let range = k * WIDTH..values.min((k + 1) * WIDTH);
-                let of_places = references.get(range.clone()).unwrap_or_default();
-                let exact: Vec<_> = of_places.iter().filter_map(|of| of.as_ref()?.get(j)).collect();
-                if exact.len() < range.len() {
-                    continue;
-                }
-                let rows = cells(
-                    self.parameter,
-                    methods[i],
-                    (self.steps[j], &observations[j]),
-                    &places[range.clone()],
-                    &exact,
-                    (way, progress),
-                )?;
-                if progress.stopped() {
-                    break;
-                }
-                let first = (i * values + range.start) * steps + j;
-                done.extend(
-                    rows.into_iter().enumerate().map(|(lane, row)| (first + lane * steps, row)),
-                );
-                progress.advance();
+        let judge = |[i, j, k]: [usize; 3]| -> Result<Vec<(usize, StabilityRow)>, MapError> {
+            let range = k * WIDTH..values.min((k + 1) * WIDTH);
+            let of_places = references.get(range.clone()).unwrap_or_default();
+            let exact: Vec<_> = of_places.iter().filter_map(|of| of.as_ref()?.get(j)).collect();
+            if progress.stopped() || exact.len() < range.len() {
+                return Ok(Vec::new());
             }
-            Ok(done)
+            let rows = cells(
+                self.parameter,
+                methods[i],
+                (self.steps[j], &observations[j]),
+                &places[range.clone()],
+                &exact,
+                (way, progress),
+            )?;
+            if progress.stopped() {
+                return Ok(Vec::new());
+            }
+            progress.advance();
+            let first = (i * values + range.start) * steps + j;
+            Ok(rows
+                .into_iter()
+                .enumerate()
+                .map(|(lane, row)| (first + lane * steps, row))
+                .collect())
         };
-        let workers = 0..rayon::current_num_threads();
-        let done = workers.into_par_iter().map(work).collect::<Result<Vec<_>, MapError>>()?;
-        let mut rows: Vec<(usize, StabilityRow)> = done.into_iter().flatten().collect();
-        rows.sort_by_key(|row| row.0);
-        Ok(rows.into_iter().map(|row| row.1).collect())
+        Ok(in_order(map_queue(&tasks, judge)?))
     }
+}
+
+/// The rows of a map in the order of their places in the table.
+pub(super) fn in_order(parts: Vec<Vec<(usize, StabilityRow)>>) -> Vec<StabilityRow> {
+    let mut rows: Vec<(usize, StabilityRow)> = parts.into_iter().flatten().collect();
+    rows.sort_by_key(|row| row.0);
+    rows.into_iter().map(|row| row.1).collect()
 }

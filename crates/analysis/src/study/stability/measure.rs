@@ -203,12 +203,10 @@ impl<T: Side> Statistics<T> {
         let Workspace { hq, hp, z } = workspace;
         let Scales { track, centre, .. } = scales;
         system.gradient(state.q, state.p, hq, hp);
-        let twice =
-            state.p.iter().zip(hp.iter()).fold(T::zero(), |sum, (&p, &hp)| p.mul_add(hp, sum));
         track.image.of(state, z);
         let away =
             z.iter().zip(centre).fold(T::zero(), |away, (&x, &c)| (x - c).mul_add(x - c, away));
-        let kinetic = twice.half().abs();
+        let kinetic = kinetic(state.p, hp);
         let size = (kinetic * scales.by_kinetic) + away * scales.by_reach;
         let weight = T::from_f64(observation.weight);
         if observation.half == 1 {
@@ -260,6 +258,11 @@ impl<T: Side> Statistics<T> {
         put_lane(&mut self.filled, k, &one.filled);
         put_lane(&mut self.violated, k, &one.violated);
     }
+}
+
+/// T = ½ |p·∂H/∂p|
+pub(super) fn kinetic<T: Scalar>(p: &[T], hp: &[T]) -> T {
+    p.iter().zip(hp).fold(T::zero(), |sum, (&p, &hp)| p.mul_add(hp, sum)).half().abs()
 }
 
 /// The larger of two numbers.

@@ -2,7 +2,7 @@
 
 use super::error::MapError;
 use super::lanes::WIDTH;
-use super::map::Map;
+use super::map::{Map, in_order};
 use super::measure::Observations;
 use super::piece::{Place, StabilityRow, Way, cells};
 use super::reference::{Batch, batches};
@@ -35,9 +35,7 @@ impl<'a> Tiles<'a> {
     /// The rows of the table, ordered by method, value and step, from the results of all tiles.
     /// Those of an interrupted study are left out.
     pub fn rows(&self, parts: Vec<Vec<(usize, StabilityRow)>>) -> Vec<StabilityRow> {
-        let mut rows: Vec<(usize, StabilityRow)> = parts.into_iter().flatten().collect();
-        rows.sort_by_key(|row| row.0);
-        rows.into_iter().map(|row| row.1).collect()
+        in_order(parts)
     }
 
     /// The values and the batch of steps of a tile.

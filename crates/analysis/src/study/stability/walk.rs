@@ -2,7 +2,7 @@
 
 use super::halves::Halves;
 use super::image::Image;
-use super::measure::{Scales, larger};
+use super::measure::{Scales, kinetic, larger};
 use super::reference::{Event, Reference, Standing};
 use super::track::{Track, sizes};
 use super::verdict::SHARE;
@@ -172,11 +172,6 @@ impl<'a, T: Side> Walk<'a, T> {
         (sums.largest, sums.range) = (self.largest, self.range.clone());
         self.references(k, image).pop()
     }
-}
-
-/// T = ½ p·∂H/∂p
-fn kinetic<T: Side>(p: &[T], hp: &[T]) -> T {
-    p.iter().zip(hp).fold(T::zero(), |sum, (&p, &hp)| p.mul_add(hp, sum)).half().abs()
 }
 
 impl<T: Side> Sums<T> {

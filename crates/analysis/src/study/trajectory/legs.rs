@@ -194,11 +194,7 @@ impl Legs {
                 true => keep(TrajectoryRow::of(row.name, done, state, &*system, &problem.model)),
                 false => ControlFlow::Continue(()),
             };
-            if kept.is_break() || progress.stopped() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+            if kept.is_break() { kept } else { progress.flow() }
         };
         let mut stops = || progress.stopped();
         let all = Tolerance::all(tolerance);

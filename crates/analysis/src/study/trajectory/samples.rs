@@ -68,7 +68,7 @@ impl Legs {
                 }
                 error => error,
             };
-            if let Err(error) = step(grid.h, &mut state) {
+            if let Err(error) = step(grid.h, &mut state, &mut unwatched) {
                 result = Err(of_step(error));
                 break;
             }
@@ -110,6 +110,11 @@ pub fn samples(end: f64, spacing: f64) -> u64 {
     (end / spacing * (1.0 + ROUNDED)) as u64
 }
 
+/// Lets the steps that a method chooses pass.
+fn unwatched(_: StateRef<'_, f64>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
 /// The times of the states that are kept.
 struct Times {
     spacing: f64,
@@ -141,7 +146,7 @@ impl Times {
             let is_after = late.abs() <= ROUNDED * after.t;
             let mut there = if is_after { after.clone() } else { before.clone() };
             if there.t < after.t {
-                step(early, &mut there)?;
+                step(early, &mut there, &mut unwatched)?;
             }
             there.t = t;
             stopped |= keep(there.state_ref()).is_break();

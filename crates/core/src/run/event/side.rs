@@ -1,6 +1,6 @@
 //! The side of zero on which a function of the state is.
 
-use super::NOISE_ROUNDINGS;
+use super::{Direction, NOISE_ROUNDINGS};
 
 /// The side of zero on which a function is.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,18 @@ impl Side {
     pub(super) fn of(value: f64) -> Self {
         let (sign, at_zero) = if value == 0.0 { (0.0, Some(0.0)) } else { (value.signum(), None) };
         Self { sign, at_zero, turned: false }
+    }
+
+    /// Whether a function on this side may reach zero in a step, with its values before and after
+    /// it.
+    pub(super) fn may_reach_zero(self, direction: Direction, [before, after]: [f64; 2]) -> bool {
+        match self.at_zero {
+            Some(noise) => after.abs() > noise,
+            None => {
+                let is_beyond = before * self.sign <= 0.0 && direction.crosses(self.sign, before);
+                is_beyond || direction.crosses(before, after)
+            }
+        }
     }
 
     /// Records an event at a zero with this value: the function is then beyond zero, or back on its

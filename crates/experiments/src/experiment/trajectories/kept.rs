@@ -21,13 +21,13 @@ pub(super) struct Kept {
     pub(super) last: Option<TrajectoryRow>,
 }
 
-/// Every so many states are shown in charts, of `count` states of a model.
+/// The stride of the states that charts show, of `count` states of a model.
 pub(super) fn stride(count: u64, model: &Model) -> u64 {
     let columns = columns(model).len() as u64;
     count.div_ceil((NUMBERS / columns).clamp(LEAST_SHOWN, SHOWN)).max(1)
 }
 
-/// Reads every so many of `count` states from a table, and the last.
+/// Reads every `stride`-th of `count` states from a table, and the last.
 pub(super) fn thinned(
     file: &RowsFile,
     (count, stride): (u64, u64),
@@ -115,7 +115,8 @@ mod tests {
         let text = |n: usize| {
             let zeros = vec!["0"; n - 1].join(", ");
             format!(
-                "[system]\nname = \"fput-chain\"\nparameters = {{ n = {n}, beta = 0.3, c = 0.01 }}\n\
+                "[system]\nname = \"fput-chain\"\n\
+                 parameters = {{ n = {n}, beta = 0.3, c = 0.01 }}\n\
                  [initial]\nq = [1, {zeros}]\np = [0, {zeros}]\n[time]\nend = 4\nstep = 0.01\n"
             )
         };

@@ -11,7 +11,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Asks to stop after so many legs, or after it was asked so many times.
+/// Asks to stop after `legs` legs, or once it was asked `asked` times.
 struct Stop {
     legs: AtomicU64,
     asked: AtomicU64,

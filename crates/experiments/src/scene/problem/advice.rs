@@ -63,7 +63,8 @@ impl SceneProblem {
             Self::FileName { .. } => "a name has letters, digits, `-` and `_`, at most 100 of them",
             Self::Quoted { .. } => "write the number without quotation marks",
             Self::LargeWhole { .. } => {
-                "where any number may stand, write it as 1e20; a count is at most 9223372036854775807"
+                "where any number may stand, write it as 1e20; a count is at most \
+                 9223372036854775807"
             }
             Self::NoText => "save the file as UTF-8",
             Self::TooLarge { .. } => "is this the right file?",
@@ -84,8 +85,8 @@ impl SceneProblem {
                 "t shows a period where it occurs only in sines, cosines and remainders (`mod`) \
                  whose frequencies are multiples of one, the lowest at most 12 times it; that of \
                  forces may be given, as period = \"2*pi/omega\" in [drive]. A constant force f \
-                 belongs in the potential, as -f*q1. [study.poincare] and [study.bifurcation] also take a section such as \
-                 section = { of = \"q1\", direction = \"rising\" }"
+                 belongs in the potential, as -f*q1. [study.poincare] and [study.bifurcation] also \
+                 take a section such as section = { of = \"q1\", direction = \"rising\" }"
             }
             Self::TwoAxes => {
                 "write grid = { q1 = { from = -2, to = 2, count = 100 }, \

@@ -8,7 +8,7 @@ use crate::study::long_run::LongRuns;
 use afterbay_systems::DUFFING;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Asks to stop after it was asked so many times.
+/// Asks to stop once it was asked this number of times.
 struct After(AtomicU64);
 
 impl Progress for After {

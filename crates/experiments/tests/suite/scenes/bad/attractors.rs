@@ -140,7 +140,8 @@ pub(super) const CHANGES: &[Change] = &[
         "",
     ),
     (
-        "force = [\"f*cos(omega*t)\"]\nparameters = { f = 0.3, omega = 1.2 }\nperiod = \"2*pi/omega\"",
+        "force = [\"f*cos(omega*t)\"]\nparameters = { f = 0.3, omega = 1.2 }\n\
+         period = \"2*pi/omega\"",
         "force = [\"f*cos(omega*t^2)\"]\nparameters = { f = 0.3, omega = 1.2 }",
         "poincare",
         "the dependence on t shows no period",

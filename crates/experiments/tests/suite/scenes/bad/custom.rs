@@ -197,7 +197,7 @@ pub(super) const CHANGES: &[Change] = &[
         "\"c*p1\", \"c*p2\"]\nmass",
         "\"c*p1*p2^2\", \"c*p2\"]\nmass",
         "\"increment-2\"",
-        "increment does not apply: D depends on the momenta of others",
+        "increment-2 does not apply: D depends on the momenta of others",
         "list methods",
     ),
     (
