@@ -20,6 +20,7 @@ mod guess;
 mod homoclinic;
 mod scales;
 mod shooting;
+mod turns;
 
 pub use branch::Branch;
 pub use cycle::{Complex, Cycle};
@@ -90,7 +91,8 @@ pub struct CycleRow {
     pub period: Option<f64>,
     /// max |q_j| of each degree of freedom, without turns: [`Cycle::amplitude`].
     pub amplitude: Vec<Option<f64>>,
-    /// Real and imaginary part of each multiplier, the largest first.
+    /// Real and imaginary part of each multiplier, the largest first; none for those that are lost
+    /// in the roundings of the largest.
     pub multipliers: Vec<Option<f64>>,
     /// The outcome of the run.
     pub outcome: &'static str,
@@ -137,12 +139,13 @@ impl Cycles {
             outcome: self.ending.outcome,
             event: None,
         };
+        let parts = |of: Option<Complex>| of.map_or([None; 2], |parts| parts.map(Some));
         let row = |Point { cycle, event }: &Point| CycleRow {
             h: cycle.h,
             value: cycle.value,
             period: Some(cycle.period),
             amplitude: cycle.amplitude.iter().copied().map(Some).collect(),
-            multipliers: cycle.multipliers.iter().flatten().copied().map(Some).collect(),
+            multipliers: cycle.multipliers.iter().flat_map(|&of| parts(cycle.known(of))).collect(),
             event: *event,
             ..blank.clone()
         };
@@ -250,6 +253,8 @@ impl LimitCycle {
             }
             if shooting.free() {
                 at_rest(&shooting, &solved)?;
+                let fewer = turns::fewer(&shooting, &solved, h)?;
+                return Ok(fewer.unwrap_or((shooting, solved)));
             }
             let Some(part) = earlier(&shooting, &solved) else { return Ok((shooting, solved)) };
             shooting.multiple = Some(part);

@@ -1,9 +1,11 @@
 //! References with which the runs of a study are compared.
 //!
 //! A reference comes from Taylor series ([`crate::series`]), in 106 bits for few degrees of freedom
-//! and in 53 bits for more. Where series end at a kink or would take too many strides, it is one of
-//! the two runs of established methods that agree best. Each reference has a doubt.
+//! and in 53 bits for more. Where series end at a kink or would take too many strides, as on a
+//! stiff system, it is the exact flow of a linear system of few degrees of freedom, else one of the
+//! two runs of established methods that agree best. Each reference has a doubt.
 
+mod exact;
 mod runs;
 
 use super::Problem;
@@ -30,6 +32,9 @@ pub(super) fn reference(
     if problem.model.dof() <= MOST_DEGREES_IN_QUAD {
         let found = by_series::<Quad>(problem, h, count, progress);
         if let Some(found) = last_word(problem, found)? {
+            return Ok(found.rounded());
+        }
+        if let Some(found) = exact::by_exact_flow(problem, h, count, progress)? {
             return Ok(found.rounded());
         }
     }

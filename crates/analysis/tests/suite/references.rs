@@ -371,3 +371,17 @@ fn units_of_time_change_no_digit() {
         }
     }
 }
+
+/// Series take too many strides here: a fast decay beside a slow oscillation.
+#[test]
+fn a_stiff_linear_system_has_its_exact_flow() {
+    let problem = of(custom("q1^2/2 + q2^2/2", &["1e6*v1", "0"]), &[0.0, 1.0], &[1.0, 0.0], 100.0);
+    let found = known(&problem, 2);
+    let (end, doubt) = (found.at(2), found.doubt());
+    assert!(
+        (end.q[1] - 100.0_f64.cos()).abs() < 1e-15 && (end.p[1] + 100.0_f64.sin()).abs() < 1e-15
+    );
+    // H falls from ½ to nearly 0.
+    assert!((end.w[0] - 0.5).abs() < 1e-11, "{}", end.w[0]);
+    assert!(doubt.most() < 1e-15, "{doubt:?}");
+}

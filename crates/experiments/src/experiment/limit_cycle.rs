@@ -64,7 +64,8 @@ fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>) -> String {
          angle that turns, half the range of q1 less its uniform rotation. The multipliers are \
          those by which small displacements grow over a period; the cycle is stable if all are \
          less than 1, but for the one along a cycle without a drive, and neutral if the largest of \
-         the others is 1 to a millionth.{along}{}",
+         the others is 1 to a millionth. A multiplier that is lost in the roundings of the largest \
+         is left out of the table, and only its bound is said.{along}{}",
         plan.study.transient,
         of_reference(plan.reference),
     )
@@ -79,6 +80,7 @@ fn readings(parameter: Option<&str>, found: &[Cycles]) -> Readings {
         readings.add(&label, "period", cycle.map(|cycle| cycle.period));
         readings.add(&label, "amplitude", cycle.map(|cycle| cycle.amplitude[0]));
         readings.add(&label, "multiplier", cycle.and_then(largest));
+        readings.add(&label, "lost below", cycle.and_then(|cycle| cycle.lost_below));
         if let Some((cycle, exact)) = cycle.zip(exact).filter(|_| cycles.row.name != EXACT) {
             let off = |own: f64, exact: f64| (own - exact).abs() / exact;
             readings.add(&label, "period off", off(cycle.period, exact.period));
@@ -125,9 +127,10 @@ fn points(cycles: &Cycles) -> Vec<(f64, f64)> {
     cycles.points.iter().filter_map(|point| place(&point.cycle)).collect()
 }
 
-/// The largest |μ| of a nontrivial multiplier.
+/// The largest |μ| of the nontrivial multipliers, if one of them is known.
 fn largest(cycle: &Cycle) -> Option<f64> {
-    cycle.nontrivial().iter().map(|[re, im]| re.hypot(*im)).reduce(f64::max)
+    let known = cycle.nontrivial().into_iter().filter_map(|of| cycle.known(of));
+    known.map(|[re, im]| re.hypot(im)).reduce(f64::max)
 }
 
 /// The bifurcations of a branch, in words.
@@ -157,7 +160,11 @@ fn what_is_seen(r: &Readings) -> Said {
         if number("period").is_nan() {
             return format!("{label}: no cycle ({})", r.word(label, "run"));
         }
-        let stable = match number("multiplier") - 1.0 {
+        let (below, largest) = match number("multiplier") {
+            lost if lost.is_nan() => ("below ", number("lost below")),
+            known => ("", known),
+        };
+        let stable = match largest - 1.0 {
             off if off.abs() <= NEUTRAL => "neutral",
             off if off < 0.0 => "stable",
             _ => "unstable",
@@ -178,10 +185,11 @@ fn what_is_seen(r: &Readings) -> Said {
             run => format!(" (the branch ends: {run})"),
         };
         format!(
-            "{label}: period {}, amplitude {}, {stable} (largest multiplier {}){off}{events}{end}",
+            "{label}: period {}, amplitude {}, {stable} (largest multiplier {below}{}){off}{events}\
+             {end}",
             significant(number("period"), 7),
             significant(number("amplitude"), 7),
-            sci(number("multiplier")),
+            sci(largest),
         )
     };
     (note(all_completed(r, "run")), r.each("run", one))

@@ -4,6 +4,7 @@ use super::{KEPT, kept};
 use crate::claim::{Readings, Said, list, sci};
 use crate::report::Verdict;
 use crate::sheet::{Sheet, measured, scientific};
+use afterbay_analysis::Measured;
 use afterbay_analysis::study::work_precision::WorkRow;
 
 /// The columns of a table of runs, see [`cells`].
@@ -43,8 +44,26 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
         let drift = done.map(|row| row.k_share).reduce(f64::max);
         worst.add(of[0].method, "drift", drift);
     }
+    // It matters only where no run is known to be within the error.
+    if cheapest.of_all("seconds").is_empty()
+        && let Some(doubt) = undecided(rows)
+    {
+        cheapest.add("q, p and w", "doubt", doubt);
+    }
     sheet.find(&format!("{name}, cost of an error of {WANTED:e}"), cheapest, the_cheapest);
     sheet.find(&format!("{name}, K in these runs"), worst, who_keeps_k);
+}
+
+/// The largest doubt of the reference for a run that may be within [`WANTED`], and is not known to
+/// be.
+fn undecided(rows: &[WorkRow]) -> Option<f64> {
+    let least = |of: Measured| of.error - of.doubt;
+    let of = |row: &WorkRow| {
+        let (qp, w) = row.qp().zip(row.w())?;
+        let may_be = least(qp).max(least(w)) <= WANTED && qp.bound().max(w.bound()) > WANTED;
+        may_be.then_some(qp.doubt.max(w.doubt))
+    };
+    rows.iter().filter_map(of).reduce(f64::max)
 }
 
 /// States the cheapest run within the wanted error, and the cheapest of those that keep K, as
@@ -66,7 +85,13 @@ fn the_cheapest(r: &Readings) -> Said {
     };
     let wanted = format!("with errors of at most {:e}", r.number("q, p and w", "wanted"));
     let statement = match (best(false), best(true)) {
-        (None, _) => format!("no run ends {wanted}."),
+        (None, _) if r.number("q, p and w", "doubt").is_nan() => {
+            format!("no run ends {wanted}.")
+        }
+        (None, _) => format!(
+            "no run is known to end {wanted}: the reference is known to {} only.",
+            sci(r.number("q, p and w", "doubt"))
+        ),
         (Some(cheapest), kept) => format!(
             "the cheapest run {wanted} is {}; the cheapest that keeps K is {}. Methods with such a \
              run: {}.",
@@ -123,4 +148,46 @@ pub(crate) fn cells(row: &WorkRow) -> Vec<String> {
         scientific(row.seconds),
         row.evaluations.map_or(String::new(), |count| count.to_string()),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterbay_analysis::study::outcome::COMPLETED;
+
+    fn said(error: f64, doubt: f64) -> String {
+        let row = WorkRow {
+            method: "rk4",
+            h: 0.1,
+            outcome: COMPLETED,
+            error_qp: Some(error),
+            error_w: Some(0.0),
+            k_drift: 0.0,
+            passivity_violations: None,
+            seconds: Some(1.0),
+            steps: 10,
+            evaluations: None,
+            iterations: None,
+            failure: None,
+            doubt_qp: doubt,
+            doubt_w: 0.0,
+            tolerance: None,
+            k_share: 0.0,
+        };
+        let mut sheet = Sheet::new("Work");
+        cheapest(&mut sheet, "A scene", &[row]);
+        sheet.findings[0].statement.clone()
+    }
+
+    /// A run may be within the wanted error although its reference cannot tell.
+    #[test]
+    fn a_reference_in_doubt_refutes_no_run() {
+        assert!(
+            said(1e-5, 1e-6).starts_with("the cheapest run with errors of at most 1e-4 is rk4")
+        );
+        assert_eq!(said(3e-3, 1e-6), "no run ends with errors of at most 1e-4.");
+        let known = "no run is known to end with errors of at most 1e-4: the reference is known to";
+        assert_eq!(said(6e-6, 4.8e-4), format!("{known} 4.8e-4 only."));
+        assert_eq!(said(3e-3, 2.96e-3), format!("{known} 3.0e-3 only."));
+    }
 }

@@ -195,6 +195,40 @@ fn the_amplitude_is_without_turns() {
     close("amplitude", same.amplitude[0], short.amplitude[0], 1e-12);
 }
 
+/// A run with coarse steps comes near its own start on a chord only after some turns.
+#[test]
+fn coarse_steps_have_the_cycle_of_one_turn() {
+    let period = VAN_DER_POL[1].1[0];
+    let found =
+        only(&study(van_der_pol(1.0), 60.0).run(row("collocation-8"), 0.8, &Silent).unwrap());
+    close("period", found.period, period, 1e-4);
+    let turning = "name = \"custom\"\npotential = \"-cos(q1) - 1.4*q1\"\n\
+                   dissipation = [\"0.1*p1\"]";
+    let turning = problem(turning, "", [0.0, 8.0]);
+    for h in [0.12, 0.08] {
+        let found = only(&study(turning.clone(), 100.0).run(row("gonzalez"), h, &Silent).unwrap());
+        close("period", found.period, TAU / 14.0, 0.005);
+    }
+}
+
+/// As printed by `data/van_der_pol.py` for other values of mu.
+#[test]
+fn a_multiplier_below_the_roundings_is_computed_or_left_out() {
+    let found = only(&study(van_der_pol(4.0), 40.0).run(&REFERENCE, 0.05, &Silent).unwrap());
+    let [[own, 0.0]] = found.nontrivial()[..] else { panic!("{found:?}") };
+    close("multiplier", own / 1.275_474_052_782_661_3e-25, 1.0, 1e-8);
+    // All but the first of four, by a second oscillator with multipliers exp(-3 T) and exp(-5 T).
+    let text = "[system]\nname = \"custom\"\npotential = \"q1^2/2 + 7.5*q2^2\"\n\
+                dissipation = [\"-4*(1 - q1^2)*p1\", \"8*p2\"]\n[initial]\nq = [2.0, 0.1]\n\
+                p = [0.0, 0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.limit-cycle]\n\
+                methods = [\"rk4\"]\nsteps = [0.05]\nreference = false\n";
+    let (said, files) = studied(text);
+    assert!(said.statement.contains("stable (largest multiplier below "), "{}", said.statement);
+    let table = files.iter().find(|file| file.name == "data/limit_cycle.csv").unwrap();
+    let row = table.text.lines().nth(1).unwrap();
+    assert!(row.ends_with(",,,,,,,completed,"), "{row}");
+}
+
 #[test]
 fn the_table_has_its_columns() {
     let problem = van_der_pol(1.0);
@@ -219,9 +253,9 @@ fn studied(text: &str) -> (Finding, Vec<Artifact>) {
 
 #[test]
 fn a_scene_declares_the_study() {
-    let scene = "[system]\nname = \"van-der-pol\"\nparameters = { mu = 1.0 }\n[initial]\nq = [2.0]\n\
-                 p = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.limit-cycle]\n\
-                 methods = [\"moddg\"]\n";
+    let scene = "[system]\nname = \"van-der-pol\"\nparameters = { mu = 1.0 }\n\
+                 [initial]\nq = [2.0]\np = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n\
+                 [study.limit-cycle]\nmethods = [\"moddg\"]\n";
     let (found, files) = studied(scene);
     assert_eq!(found.verdict, Verdict::Note);
     let begin = "reference: period 6.663287, amplitude 2.008620, stable (largest multiplier \

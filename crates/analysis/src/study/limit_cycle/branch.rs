@@ -44,12 +44,11 @@ const RESCALED: f64 = 4.0;
 const SMALL: f64 = 1e-4;
 const SHRUNK: f64 = 1e-5;
 /// The share of its range by which the parameter changes less from a small cycle to one that has
-/// shrunk, if they shrink to rest. At a Hopf bifurcation it changes like the square of the size, and
-/// where a force vanishes like the size.
+/// shrunk, if they shrink to rest. At a Hopf bifurcation it changes like the square of the size,
+/// and where a force vanishes like the size.
 const UNCHANGED: f64 = 1e-6;
 /// The least size with which an entry of q and p is measured, as a share of its largest size on the
-/// branch, times the share that is left of the entry that has shrunk least. A choice: the branch
-/// takes some steps before an entry reaches it.
+/// branch, times the share that is left of the entry that has shrunk least. A choice.
 const LEAST_SIZE: f64 = 0.1;
 /// The value of a test function that counts as 0, relative to those between which it is.
 const LOCATED: f64 = 1e-10;
@@ -250,8 +249,8 @@ impl Walk<'_> {
         }
     }
 
-    /// The failure at which the branch ends if its cycles, the last of these sizes, shrink on and on
-    /// at one value of the parameter.
+    /// The failure at which the branch ends if its cycles, the last of these sizes, shrink on and
+    /// on at one value of the parameter.
     fn refuse_rest(&mut self, scales: &[f64]) -> Result<(), CycleFailure> {
         let mut share = 0.0_f64;
         for (largest, &scale) in self.largest.iter_mut().zip(scales).take(self.shooting.size()) {
@@ -291,8 +290,8 @@ impl Walk<'_> {
         sizes.iter_mut().zip(least).for_each(|(size, least)| *size = size.max(least));
     }
 
-    /// Measures q and p by the present cycle of these sizes, if it differs much in size from the one
-    /// before.
+    /// Measures q and p by the present cycle of these sizes, if it differs much in size from the
+    /// one before.
     fn rescale(&mut self, scales: &[f64]) {
         let Self { shooting, at, .. } = self;
         let size = shooting.size();

@@ -9,8 +9,19 @@ use afterbay_methods::registry::Row;
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
+/// The size of a multiplier, relative to the matrix, below which the determinant gives it better:
+/// half of its digits are lost.
+const SMALL: f64 = 1e-8;
+/// The size below which it is lost in roundings. A choice: those of a product of thousands of
+/// matrices.
+const LOST: f64 = 1e-12;
+
 /// A complex number, as its real and imaginary parts.
 pub type Complex = [f64; 2];
+
+pub(super) fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
+    [a * c - b * d, a * d + b * c]
+}
 
 /// A cycle of a method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +42,9 @@ pub struct Cycle {
     pub amplitude: Vec<f64>,
     /// The eigenvalues of ∂Φ/∂z, the largest first.
     pub multipliers: Vec<Complex>,
+    /// Multipliers below this are roundings of the largest, and are not known; none if all are
+    /// known.
+    pub lost_below: Option<f64>,
 }
 
 impl Cycle {
@@ -43,6 +57,8 @@ impl Cycle {
         let (model, n) = (shooting.model_at(x)?, shooting.size() / 2);
         let (q, p) = x[..2 * n].split_at(n);
         let h = image.period / shooting.steps as f64;
+        let (multipliers, lost_below) =
+            multipliers(&image.monodromy, image.determinant, &shooting.scales)?;
         Ok(Self {
             value: shooting.parameter.and(x.last().copied()),
             h,
@@ -50,7 +66,8 @@ impl Cycle {
             multiple: shooting.multiple,
             start: [q.to_vec(), p.to_vec()],
             amplitude: amplitude(&model, shooting.row, h, &image.path)?,
-            multipliers: multipliers(&image.monodromy, &shooting.scales)?,
+            multipliers,
+            lost_below,
         })
     }
 
@@ -66,15 +83,27 @@ impl Cycle {
         all
     }
 
+    /// A multiplier, if it is not lost in the roundings of the largest.
+    pub fn known(&self, [re, im]: Complex) -> Option<Complex> {
+        let lost = self.lost_below.is_some_and(|bound| re.hypot(im) < bound);
+        (!lost).then_some([re, im])
+    }
+
     /// Whether small displacements of the cycle decay.
     pub fn is_stable(&self) -> bool {
         self.nontrivial().iter().all(|[re, im]| re.hypot(*im) < 1.0)
     }
 }
 
-/// The eigenvalues of a matrix, the largest first. They are computed in units in which all
-/// entries are of about one size.
-fn multipliers(matrix: &Mat<f64>, units: &[f64]) -> Result<Vec<Complex>, CycleFailure> {
+/// The eigenvalues of a matrix, the largest first, and the bound below which they are not known.
+/// They are computed in units in which all entries are of about one size. A small one that is
+/// the least follows from the determinant, given by its sign and logarithm, if the others are
+/// known: the rounding errors of eigenvalues are relative to the largest.
+fn multipliers(
+    matrix: &Mat<f64>,
+    (sign, logarithm): (f64, f64),
+    units: &[f64],
+) -> Result<(Vec<Complex>, Option<f64>), CycleFailure> {
     let (rows, columns) = (matrix.nrows(), matrix.ncols());
     let scaled = Mat::from_fn(rows, columns, |i, j| matrix[(i, j)] * (units[j] / units[i]));
     let values = scaled.eigenvalues().map_err(|_| CycleFailure::NoMultipliers)?;
@@ -84,7 +113,22 @@ fn multipliers(matrix: &Mat<f64>, units: &[f64]) -> Result<Vec<Complex>, CycleFa
     }
     let size = |[re, im]: &Complex| re.hypot(*im);
     values.sort_by(|a, b| size(b).total_cmp(&size(a)).then(b[1].total_cmp(&a[1])));
-    Ok(values)
+    let norm = scaled.norm_l2();
+    let below = |share: f64| values.iter().filter(|value| size(value) < share * norm).count();
+    let (small, lost) = (below(SMALL), below(LOST));
+    if let Some(([_, 0.0], others)) = values.split_last()
+        && small > 0
+        && lost <= 1
+    {
+        let others = others.iter().fold([1.0, 0.0], |all, value| product(all, *value))[0];
+        let least = sign * others.signum() * (logarithm - others.abs().ln()).exp();
+        if least != 0.0 && least.is_finite() {
+            let last = values.len() - 1;
+            values[last] = [least, 0.0];
+            return Ok((values, None));
+        }
+    }
+    Ok((values, (lost > 0).then_some(LOST * norm)))
 }
 
 /// max |q_j| over a cycle, or (max - min)/2 of q_j less its uniform rotation
@@ -165,6 +209,7 @@ mod tests {
             start: [vec![0.0], vec![0.0]],
             amplitude: vec![1.0],
             multipliers: vec![[-1.2, 0.0], [1.0 + 1e-9, 0.0], [0.3, 0.0]],
+            lost_below: None,
         };
         assert_eq!(cycle(None).nontrivial(), [[-1.2, 0.0], [0.3, 0.0]]);
         assert_eq!(cycle(Some(1)).nontrivial().len(), 3);
@@ -174,19 +219,40 @@ mod tests {
     #[test]
     fn multipliers_fall() {
         let turn = Mat::from_fn(2, 2, |i, j| [[0.0, -0.5], [0.5, 0.0]][i][j]);
-        let found = multipliers(&turn, &[1.0; 2]).unwrap();
+        let (found, lost) = multipliers(&turn, (1.0, 0.25_f64.ln()), &[1.0; 2]).unwrap();
+        assert_eq!(lost, None);
         assert!((found[0][1] - 0.5).abs() < 1e-15 && (found[1][1] + 0.5).abs() < 1e-15);
     }
 
     #[test]
     fn multipliers_do_not_depend_on_units() {
         let entry = |i: usize, j: usize| ((3 * i + 5 * j) as f64).sin();
-        let exact = multipliers(&Mat::from_fn(4, 4, entry), &[1.0; 4]).unwrap();
+        let exact = multipliers(&Mat::from_fn(4, 4, entry), (1.0, 0.0), &[1.0; 4]).unwrap().0;
         let units = [1e-7, 1.0, 1e7, 3e3];
         let other = Mat::from_fn(4, 4, |i, j| entry(i, j) * units[i] / units[j]);
-        let found = multipliers(&other, &units).unwrap();
+        let found = multipliers(&other, (1.0, 0.0), &units).unwrap().0;
         for (a, b) in found.iter().zip(&exact) {
             assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14, "{found:?} {exact:?}");
         }
+    }
+
+    /// In coordinates in which no entry shows a multiplier.
+    #[test]
+    fn a_multiplier_below_the_roundings_follows_from_the_determinant_or_is_not_known() {
+        let turned = |values: [f64; 3]| {
+            let entry = |i: usize, j: usize| {
+                [[1.0, 2.0, 2.0], [2.0, 1.0, -2.0], [2.0, -2.0, 1.0]][i][j] / 3.0
+            };
+            let along =
+                |i: usize, j: usize| (0..3).map(|k| entry(i, k) * values[k] * entry(j, k)).sum();
+            let determinant = values.iter().map(|x| x.abs().ln()).sum();
+            let sign = values.iter().map(|x| x.signum()).product();
+            multipliers(&Mat::from_fn(3, 3, along), (sign, determinant), &[1.0; 3]).unwrap()
+        };
+        let (found, lost) = turned([1.0, 0.3, -1e-40]);
+        assert!((found[2][0] / -1e-40 - 1.0).abs() < 1e-12 && lost.is_none(), "{found:?}");
+        let (found, lost) = turned([1.0, 1e-20, 1e-40]);
+        let bound = lost.expect("two are lost");
+        assert!(found[1][0].abs() < bound && bound < 1e-11 && found[0][0] > bound);
     }
 }

@@ -13,7 +13,7 @@
 //! Applied Bifurcation Theory (2004), section 10.3.
 
 use super::Cycle;
-use super::cycle::Complex;
+use super::cycle::{Complex, product};
 use serde::{Deserialize, Serialize};
 
 /// The imaginary part above which a multiplier is one of a complex pair.
@@ -78,10 +78,6 @@ pub(super) fn is_real(event: Event, cycle: &Cycle) -> bool {
     event != Event::NeimarkSacker || cycle.nontrivial().iter().any(on_circle)
 }
 
-fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
-    [a * c - b * d, a * d + b * c]
-}
-
 #[cfg(test)]
 mod tests_of_events {
     use super::*;
@@ -95,6 +91,7 @@ mod tests_of_events {
             start: [vec![0.0], vec![0.0]],
             amplitude: vec![1.0],
             multipliers: multipliers.to_vec(),
+            lost_below: None,
         }
     }
 

@@ -3,7 +3,9 @@
 //! If the system depends on the time, a state is taken once in each of its periods, and the guess
 //! is a state and the number of periods after which it repeats. Otherwise the run goes on from a
 //! state z* until it crosses the plane through z* normal to its velocity near z*, in the same
-//! direction. A run that comes to rest, or does not come back, has no guess.
+//! direction. A step of the run that crosses it is taken again in part, to end in the plane: on a
+//! chord between the ends of a coarse step the distance from z* would be too large. A run that
+//! comes to rest, or does not come back, has no guess.
 
 use super::CycleFailure;
 use crate::Model;
@@ -13,6 +15,7 @@ use crate::study::attractor::first_return;
 use crate::study::metric::Metric;
 use crate::study::motion::Motion;
 use crate::study::section::{Section, point};
+use crate::study::zero::at_zero;
 use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef};
 use afterbay_methods::registry::{Row, Run};
 use std::ops::ControlFlow;
@@ -54,7 +57,7 @@ pub(super) fn guess(
     let (dof, periods) = (model.degrees(), model.periods());
     let walk = Walk { run, state, dof, periods, motion: Motion::new(dof), done: 0, progress };
     if model.motors().is_empty() {
-        walk.free(h, transient)
+        walk.free(&model.bind(row)?, h, transient)
     } else {
         walk.driven(model, h, (transient, multiple))
     }
@@ -153,40 +156,35 @@ impl Walk<'_> {
         if progress.stopped() { Err(IntegrateError::Interrupted.into()) } else { Ok(()) }
     }
 
-    fn free(mut self, h: f64, transient: f64) -> Result<Guess, CycleFailure> {
+    /// `within` takes the parts of steps that end in the plane.
+    fn free(mut self, within: &Run<f64>, h: f64, transient: f64) -> Result<Guess, CycleFailure> {
         let grid = Grid::<f64>::of(h, (transient / h).ceil() as u64)?;
         self.take(grid, &mut |_, _, _| ControlFlow::Continue(()))?;
-        let (from, periods, dof) = (self.point(), self.periods.clone(), self.dof);
-        let of_run = self.metric();
-        // An entry at rest does not count.
-        let weight = |extent: f64| if extent > 0.0 { (extent * extent).recip() } else { 0.0 };
-        let weights: Vec<f64> = of_run.moving_units().into_iter().map(weight).collect();
+        let plane = Plane { from: self.point(), of_run: self.metric(), dof: self.dof };
+        let periods = self.periods.clone();
         self.motion.settle();
         let mut normal: Option<Vec<f64>> = None;
         // A motion is nowhere further from a state on it than its extent.
         let mut closest = 1.0_f64;
-        let mut before: Option<(Vec<f64>, f64)> = None;
+        let mut before: Option<(State<Vec<f64>>, f64)> = None;
         let mut found = None;
         let start = self.done;
         self.take(grid, &mut |step, state, motion| {
-            let off: Vec<f64> =
-                of_run.difference(&from, &point(&periods, dof, state).concat()).collect();
             let Some(normal) = &normal else {
-                let along = off.iter().zip(&weights).map(|(x, weight)| x * weight);
-                normal = (step > start).then(|| along.collect());
+                normal = (step > start).then(|| plane.normal(state));
                 return ControlFlow::Continue(());
             };
-            let height: f64 = normal.iter().zip(&off).map(|(n, x)| n * x).sum();
-            if let Some((last, below)) = before.replace((off.clone(), height))
+            let height = plane.height(normal, state);
+            if let Some((last, below)) = before.replace((owned(state), height))
                 && below < 0.0
                 && height >= 0.0
             {
-                let share = below / (below - height);
-                let there = last.iter().zip(&off).map(|(a, b)| a + share * (b - a));
-                let distance = motion.metric(&periods).largest(&there.collect::<Vec<_>>());
+                let of = |state: StateRef<'_, f64>| plane.height(normal, state);
+                let there = at_zero(within, h, of, (&last, below), (state, height));
+                let distance = motion.metric(&periods).largest(&plane.off(there.state_ref()));
                 closest = closest.min(distance);
                 if distance <= CLOSE {
-                    found = Some(((step - start - 1) as f64 + share) * h);
+                    found = Some((step - start - 1) as f64 * h + (there.t - last.t));
                     return ControlFlow::Break(());
                 }
             }
@@ -195,6 +193,42 @@ impl Walk<'_> {
         self.is_in_motion()?;
         let time = h * grid.steps as f64;
         let period = found.ok_or(CycleFailure::NoReturn { nearest: closest, time })?;
-        Ok(Guess { z: from, period, multiple: None })
+        Ok(Guess { z: plane.from, period, multiple: None })
+    }
+}
+
+fn owned(state: StateRef<'_, f64>) -> State<Vec<f64>> {
+    let StateRef { q, p, w, t } = state;
+    State { q: q.to_vec(), p: p.to_vec(), w: w.to_vec(), t }
+}
+
+/// Planes through a state.
+struct Plane {
+    /// The state z*.
+    from: Vec<f64>,
+    /// The distance of states of the whole run.
+    of_run: Metric,
+    /// The number of degrees of freedom that are not motors.
+    dof: usize,
+}
+
+impl Plane {
+    /// z - z*
+    fn off(&self, state: StateRef<'_, f64>) -> Vec<f64> {
+        let z = point(self.of_run.periods(), self.dof, state).concat();
+        self.of_run.difference(&self.from, &z).collect()
+    }
+
+    /// The normal of the plane in front of a state, in units of the run. An entry at rest does not
+    /// count.
+    fn normal(&self, state: StateRef<'_, f64>) -> Vec<f64> {
+        let weight = |extent: f64| if extent > 0.0 { (extent * extent).recip() } else { 0.0 };
+        let weights = self.of_run.moving_units().into_iter().map(weight);
+        self.off(state).into_iter().zip(weights).map(|(x, weight)| x * weight).collect()
+    }
+
+    /// The height of a state above the plane.
+    fn height(&self, normal: &[f64], state: StateRef<'_, f64>) -> f64 {
+        normal.iter().zip(self.off(state)).map(|(n, x)| n * x).sum()
     }
 }

@@ -71,6 +71,8 @@ pub(super) struct Image {
     residual: Vec<f64>,
     /// ∂Φ/∂z
     pub(super) monodromy: Mat<f64>,
+    /// The sign of det ∂Φ/∂z, and the logarithm of its magnitude.
+    pub(super) determinant: (f64, f64),
     /// The derivatives of the residual by the unknowns, times their scales.
     pub(super) matrix: Mat<f64>,
 }
@@ -164,9 +166,13 @@ impl Shooting<'_> {
         let tangent = Tangent::new(&model, self.row)?;
         let mut state = start(&model, z)?;
         let mut monodromy = Mat::<f64>::identity(size, size);
+        let (mut sign, mut logarithm) = (1.0_f64, 0.0);
         let mut path = vec![z.to_vec()];
         self.each_step(h, |_| {
-            monodromy = tangent.step_with_jacobian(h, &mut state)? * &monodromy;
+            let jacobian = tangent.step_with_jacobian(h, &mut state)?;
+            let determinant = jacobian.determinant();
+            (sign, logarithm) = (sign * determinant.signum(), logarithm + determinant.abs().ln());
+            monodromy = jacobian * &monodromy;
             path.push(numbers(&state, size / 2).map(Scalar::to_f64).collect());
             Ok(())
         })?;
@@ -206,7 +212,8 @@ impl Shooting<'_> {
         for (j, scale) in self.scales.iter().enumerate() {
             matrix.col_mut(j).iter_mut().for_each(|entry| *entry *= scale);
         }
-        Ok(Image { path, period, residual, monodromy, matrix })
+        let determinant = (sign, logarithm);
+        Ok(Image { path, period, residual, monodromy, determinant, matrix })
     }
 
     /// Solves the equations and the conditions by Newton's method from x. As many conditions as
@@ -220,7 +227,8 @@ impl Shooting<'_> {
         conditions: &[Condition],
     ) -> Result<Solved, CycleFailure> {
         let (mut last, guess) = (f64::INFINITY, x.get(self.size()).copied());
-        for corrections in 0..=MOST_CORRECTIONS {
+        let mut corrections = 0;
+        loop {
             let image = self.image(&x)?;
             let (correction, ratio) = self.correction(&image, &x, conditions)?;
             let length = correction.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -244,8 +252,8 @@ impl Shooting<'_> {
                 }
             }
             last = length;
+            corrections += 1;
         }
-        Err(CycleFailure::NotConverged { correction: last, iterations: MOST_CORRECTIONS })
     }
 
     /// The correction of Newton's method, measured by the scales, and the ratio of the singular

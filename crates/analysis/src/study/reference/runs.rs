@@ -6,7 +6,7 @@ use super::super::{Problem, method};
 use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
-use afterbay_core::{Grid, InputError, IntegrateError, State, StateRef, Tolerance};
+use afterbay_core::{Grid, InputError, IntegrateError, Scalar, State, StateRef, Tolerance};
 use afterbay_methods::registry::Setting;
 use std::ops::ControlFlow;
 
@@ -75,7 +75,11 @@ pub(super) fn by_runs(
 
 /// The solution `found`, with a doubt at each time of `factor` times its largest distance from
 /// `other` up to then.
-fn checked(found: &Solution<f64>, other: &Solution<f64>, factor: f64) -> Solution<f64> {
+pub(super) fn checked<T: Scalar>(
+    found: &Solution<T>,
+    other: &Solution<T>,
+    factor: f64,
+) -> Solution<T> {
     let (mut checked, mut most) = (found.without_doubt(), Doubt::default());
     for i in 0..found.len() {
         let [q, p, w] = other.errors(i, found.at(i)).map(|off| factor * off.error);
@@ -117,7 +121,7 @@ fn halved(
             if step % parts == 0 {
                 solution.push(state);
             }
-            heard(progress)
+            progress.flow()
         })?;
         if progress.stopped() { Err(IntegrateError::Interrupted) } else { Ok(solution) }
     };
@@ -171,7 +175,7 @@ fn by_tolerance(
         let end = h * i as f64;
         let mut see = |_: u64, _: StateRef<'_, f64>| {
             steps += 1;
-            if steps > most { ControlFlow::Break(()) } else { heard(progress) }
+            if steps > most { ControlFlow::Break(()) } else { progress.flow() }
         };
         run.run(Setting::Tolerance(Tolerance::all(tolerance), end), &mut state, 1, &mut see)?;
         if progress.stopped() {
@@ -183,8 +187,4 @@ fn by_tolerance(
         solution.push(state.state_ref());
     }
     Ok(solution)
-}
-
-fn heard(progress: &dyn Progress) -> ControlFlow<()> {
-    if progress.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
