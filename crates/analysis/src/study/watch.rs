@@ -1,4 +1,4 @@
-//! What studies record over all steps of a run.
+//! The drift of K, the violations of passivity and the number of steps of a run, for studies.
 
 use super::passivity::Passivity;
 use crate::Model;

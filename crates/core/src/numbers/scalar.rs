@@ -169,7 +169,7 @@ pub trait Scalar:
         if n < 0 { power.recip() } else { power }
     }
 
-    // Nothing cancels in the functions below.
+    // No formula below subtracts numbers that are nearly equal and rounded.
 
     /// sin self
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! What a drive claims about its forces.
+//! The validation of drives: their harmonics and dependences are compared with their forces.
 
 use super::around::{displaced, finite, moved, rounding};
 use crate::error::InputError;
@@ -8,7 +8,8 @@ use std::f64::consts::TAU;
 
 /// The number of pairs of coordinates and times at which claims are tested. A choice.
 const PLACES: usize = 40;
-/// How far from t the times are, in the longest period claimed; without one, in units of the time.
+/// The distances of the tested times from t, in longest periods of the harmonics, or in units of
+/// time where there are none.
 const SPANS: [f64; 5] = [1.0, 0.01, 0.3, 30.0, 1000.0];
 
 /// Validates a drive at and around the coordinates q and the time t: compares

@@ -1,4 +1,4 @@
-//! What a drive claims about its forces, compared with the claim put in.
+//! `validate::drive` accepts true harmonics and dependences, and finds false ones.
 
 use afterbay_core::{Drive, Harmonic, Harmonics, InputError, Quantity, validate};
 

@@ -23,6 +23,32 @@ pub(super) fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
     [a * c - b * d, a * d + b * c]
 }
 
+/// A determinant, by its sign and the logarithm of its size, which may be below all numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Determinant {
+    sign: f64,
+    logarithm: f64,
+}
+
+impl Default for Determinant {
+    /// 1
+    fn default() -> Self {
+        Self { sign: 1.0, logarithm: 0.0 }
+    }
+}
+
+impl Determinant {
+    /// The determinant of a product with a matrix of determinant x.
+    pub(super) fn times(self, x: f64) -> Self {
+        Self { sign: self.sign * x.signum(), logarithm: self.logarithm + x.abs().ln() }
+    }
+
+    /// Its quotient by x.
+    fn over(self, x: f64) -> f64 {
+        self.sign * x.signum() * (self.logarithm - x.abs().ln()).exp()
+    }
+}
+
 /// A cycle of a method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cycle {
@@ -96,12 +122,12 @@ impl Cycle {
 }
 
 /// The eigenvalues of a matrix, the largest first, and the bound below which they are not known.
-/// They are computed in units in which all entries are of about one size. A small one that is
-/// the least follows from the determinant, given by its sign and logarithm, if the others are
-/// known: the rounding errors of eigenvalues are relative to the largest.
+/// They are computed in units in which all entries are of about one size. A small one that is the
+/// least follows from the determinant, if the others are known: the rounding errors of eigenvalues
+/// are relative to the largest.
 fn multipliers(
     matrix: &Mat<f64>,
-    (sign, logarithm): (f64, f64),
+    determinant: Determinant,
     units: &[f64],
 ) -> Result<(Vec<Complex>, Option<f64>), CycleFailure> {
     let (rows, columns) = (matrix.nrows(), matrix.ncols());
@@ -121,7 +147,7 @@ fn multipliers(
         && lost <= 1
     {
         let others = others.iter().fold([1.0, 0.0], |all, value| product(all, *value))[0];
-        let least = sign * others.signum() * (logarithm - others.abs().ln()).exp();
+        let least = determinant.over(others);
         if least != 0.0 && least.is_finite() {
             let last = values.len() - 1;
             values[last] = [least, 0.0];
@@ -219,7 +245,8 @@ mod tests {
     #[test]
     fn multipliers_fall() {
         let turn = Mat::from_fn(2, 2, |i, j| [[0.0, -0.5], [0.5, 0.0]][i][j]);
-        let (found, lost) = multipliers(&turn, (1.0, 0.25_f64.ln()), &[1.0; 2]).unwrap();
+        let determinant = Determinant::default().times(0.25);
+        let (found, lost) = multipliers(&turn, determinant, &[1.0; 2]).unwrap();
         assert_eq!(lost, None);
         assert!((found[0][1] - 0.5).abs() < 1e-15 && (found[1][1] + 0.5).abs() < 1e-15);
     }
@@ -227,10 +254,11 @@ mod tests {
     #[test]
     fn multipliers_do_not_depend_on_units() {
         let entry = |i: usize, j: usize| ((3 * i + 5 * j) as f64).sin();
-        let exact = multipliers(&Mat::from_fn(4, 4, entry), (1.0, 0.0), &[1.0; 4]).unwrap().0;
+        let exact =
+            multipliers(&Mat::from_fn(4, 4, entry), Determinant::default(), &[1.0; 4]).unwrap().0;
         let units = [1e-7, 1.0, 1e7, 3e3];
         let other = Mat::from_fn(4, 4, |i, j| entry(i, j) * units[i] / units[j]);
-        let found = multipliers(&other, (1.0, 0.0), &units).unwrap().0;
+        let found = multipliers(&other, Determinant::default(), &units).unwrap().0;
         for (a, b) in found.iter().zip(&exact) {
             assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14, "{found:?} {exact:?}");
         }
@@ -245,9 +273,8 @@ mod tests {
             };
             let along =
                 |i: usize, j: usize| (0..3).map(|k| entry(i, k) * values[k] * entry(j, k)).sum();
-            let determinant = values.iter().map(|x| x.abs().ln()).sum();
-            let sign = values.iter().map(|x| x.signum()).product();
-            multipliers(&Mat::from_fn(3, 3, along), (sign, determinant), &[1.0; 3]).unwrap()
+            let determinant = values.into_iter().fold(Determinant::default(), Determinant::times);
+            multipliers(&Mat::from_fn(3, 3, along), determinant, &[1.0; 3]).unwrap()
         };
         let (found, lost) = turned([1.0, 0.3, -1e-40]);
         assert!((found[2][0] / -1e-40 - 1.0).abs() < 1e-12 && lost.is_none(), "{found:?}");

@@ -11,6 +11,7 @@
 //! those by T and λ are differences of whole cycles, and only direct the corrections.
 
 use super::CycleFailure;
+use super::cycle::Determinant;
 use crate::Model;
 use crate::progress::Progress;
 use crate::study::section::nearest;
@@ -71,8 +72,8 @@ pub(super) struct Image {
     residual: Vec<f64>,
     /// ∂Φ/∂z
     pub(super) monodromy: Mat<f64>,
-    /// The sign of det ∂Φ/∂z, and the logarithm of its magnitude.
-    pub(super) determinant: (f64, f64),
+    /// det ∂Φ/∂z
+    pub(super) determinant: Determinant,
     /// The derivatives of the residual by the unknowns, times their scales.
     pub(super) matrix: Mat<f64>,
 }
@@ -166,12 +167,11 @@ impl Shooting<'_> {
         let tangent = Tangent::new(&model, self.row)?;
         let mut state = start(&model, z)?;
         let mut monodromy = Mat::<f64>::identity(size, size);
-        let (mut sign, mut logarithm) = (1.0_f64, 0.0);
+        let mut determinant = Determinant::default();
         let mut path = vec![z.to_vec()];
         self.each_step(h, |_| {
             let jacobian = tangent.step_with_jacobian(h, &mut state)?;
-            let determinant = jacobian.determinant();
-            (sign, logarithm) = (sign * determinant.signum(), logarithm + determinant.abs().ln());
+            determinant = determinant.times(jacobian.determinant());
             monodromy = jacobian * &monodromy;
             path.push(numbers(&state, size / 2).map(Scalar::to_f64).collect());
             Ok(())
@@ -212,7 +212,6 @@ impl Shooting<'_> {
         for (j, scale) in self.scales.iter().enumerate() {
             matrix.col_mut(j).iter_mut().for_each(|entry| *entry *= scale);
         }
-        let determinant = (sign, logarithm);
         Ok(Image { path, period, residual, monodromy, determinant, matrix })
     }
 

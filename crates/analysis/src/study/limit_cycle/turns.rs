@@ -1,6 +1,6 @@
 //! The cycle of one turn in a solution of several.
 //!
-//! Where steps are coarse, the run of the first guess may come back near enough only after some
+//! With coarse steps the run of the first guess may return close to its start only after several
 //! turns. The solution then crosses the plane through its start, in the direction in which it
 //! began, once in each of them.
 
