@@ -37,6 +37,7 @@ mod engine;
 mod estimate;
 mod exact;
 mod gauss;
+mod newton_estimate;
 mod stages;
 mod stiffness;
 

@@ -46,6 +46,7 @@ use crate::legendre::MODES;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, State, StepFailure, Vector};
 
+pub(crate) use equations::Response;
 pub(crate) use iteration::Workspace;
 pub(crate) use rule::MOST_NODES;
 

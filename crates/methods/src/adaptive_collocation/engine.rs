@@ -132,7 +132,13 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let effort = self.rounded(system, h, state)?;
             self.see_fastest(system);
             let smooth = !self.passes_kink(system, state);
-            let error = self.error(n, scales, smooth)? / share;
+            let newton = self.spare.as_ref().is_some_and(|spare| spare.solved_by_newton());
+            let error = if newton {
+                self.error_after_newton(n, scales, share, smooth)?
+            } else {
+                self.error(n, scales, smooth)?
+            };
+            let error = error / share;
             let order = if smooth { order } else { KINK_ORDER };
             self.stiff.record_newton(length);
             return Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort });

@@ -13,6 +13,12 @@ use crate::kernels::reductions::largest_if_finite;
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 use std::array::from_fn;
 
+/// A defect relative to the size of the slope.
+#[inline(always)]
+pub(super) fn share([miss, size]: [f64; 2]) -> f64 {
+    if miss > 0.0 { (miss / size).min(1.0) } else { 0.0 }
+}
+
 impl<V: Vector, const K: usize> Engine<V, K> {
     /// The error estimate of the step relative to the error allowed of the whole run. Across a kink
     /// the error is of the size of the defect.
@@ -23,7 +29,28 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         scales: [f64; 3],
         smooth: bool,
     ) -> Result<f64, StepFailure> {
-        let Self { gauss, trial, start, end, h, unit_mass, .. } = self;
+        let [force, velocity, loss] = self.defects(n);
+        let length = self.h.to_f64().abs();
+        // The factor from the defect to the error at the end: the relative error of the polynomial
+        // of the slopes, or the response √(2K+1) j_K(h ω/2) of the fastest oscillation of frequency
+        // ω, which need not be excited.
+        let fastest = self.gauss.response(0.5 * length * self.fastest);
+        let kernel = if smooth { share(force).max(share(velocity)).max(fastest) } else { 1.0 };
+        let p = length * force[0] * kernel;
+        // The error of p is also an error of the velocities. Its effect on q grows over the step.
+        let by_p = 0.5 * length * self.inverse_mass * p;
+        let q = (length * velocity[0] * kernel).max(by_p);
+        let errors = [q / scales[0], p / scales[1]];
+        let w = length * loss[0] * kernel.max(share(loss)) / scales[2];
+        let value = largest_if_finite([errors[0], errors[1], w]);
+        if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
+    }
+
+    /// The defects of p', q' and w', each with the size of the slope. The defect of q' vanishes if
+    /// the velocities are the momenta.
+    #[inline(always)]
+    pub(super) fn defects(&self, n: usize) -> [[f64; 2]; 3] {
+        let Self { gauss, trial, start, end, unit_mass, .. } = self;
         // The difference between a slope and its polynomial at both ends, and the size of the
         // slope.
         let miss = |x: &[V; K], ends: [&V; 2]| -> [f64; 2] {
@@ -38,32 +65,10 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             }
             [most / ((2 * K + 1) as f64).sqrt(), size]
         };
-        let share = |[miss, size]: [f64; 2]| if miss > 0.0 { (miss / size).min(1.0) } else { 0.0 };
         let force = miss(&trial.f, [&start.f, &end.f]);
         let velocity = if *unit_mass { [0.0; 2] } else { miss(&trial.v, [&start.v, &end.v]) };
         let loss = miss(&trial.loss, [&start.loss, &end.loss]);
-        let length = h.to_f64().abs();
-        // The factor from the defect to the error at the end: the relative error of the polynomial
-        // of the slopes, or the response √(2K+1) j_K(h ω/2) of the fastest oscillation of frequency
-        // ω, which need not be excited.
-        let fastest =
-            if self.stiff.uses_newton { 0.0 } else { gauss.response(0.5 * length * self.fastest) };
-        let kernel = if smooth { share(force).max(share(velocity)).max(fastest) } else { 1.0 };
-        // In a stiff system the effect of a defect is damped: it is the defect divided by the
-        // Jacobian.
-        let forgets = if self.stiff.uses_newton {
-            1.0 + self.spare.as_ref().map_or(0.0, |spare| spare.gain())
-        } else {
-            1.0
-        };
-        let p = length * force[0] * kernel / forgets;
-        // The error of p is also an error of the velocities. Its effect on q grows over the step.
-        let by_p = 0.5 * length * self.inverse_mass * p;
-        let q = (length * velocity[0] * kernel / forgets).max(by_p);
-        let errors = [q / scales[0], p / scales[1]];
-        let w = length * loss[0] * kernel.max(share(loss)) / forgets / scales[2];
-        let value = largest_if_finite([errors[0], errors[1], w]);
-        if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
+        [force, velocity, loss]
     }
 
     /// Estimates the frequencies at the end of the step, an upper bound if H is separable, and the

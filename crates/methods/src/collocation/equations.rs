@@ -6,7 +6,7 @@
 //! equations: for each eigenvalue μ, the components (a, b) of γ_q and -γ_p along its eigenvector
 //! satisfy the equations of [`PhaseSpace`] with m = h μ.
 
-use super::rule::Modes;
+use super::rule::{Modes, integration};
 use super::spectrum::{self, Eigenvalue};
 use crate::kernels::reductions::largest_entry;
 use crate::linear::{Matrix, PhaseSpace, Unsolvable};
@@ -31,6 +31,18 @@ pub(super) struct Equations {
     solution: Vec<f64>,
     /// h times the largest entry of J.
     pub(super) gain: f64,
+}
+
+/// The response of a degree of freedom to a defect of the slopes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Response {
+    /// The errors of q and -p at the end of the step over its length, which are the means of the
+    /// errors of their slopes.
+    pub(crate) ends: [f64; 2],
+    /// The remaining defects of q' and -p'.
+    pub(crate) slopes: [f64; 2],
+    /// The mean error of D due to those of q and p.
+    pub(crate) friction: f64,
 }
 
 impl Equations {
@@ -117,6 +129,61 @@ impl Equations {
         std::mem::swap(missing, solution);
     }
 
+    /// Solves the equations with a defect of q' and -p' that is a multiple of P_{s-1}, for each
+    /// degree of freedom, and shows the responses. What may be due to these roundings of q and p
+    /// is no defect.
+    pub(super) fn respond(
+        &mut self,
+        roundings: impl Fn(usize) -> [f64; 2],
+        defect: impl Fn(usize) -> [f64; 2],
+        mut see: impl FnMut(usize, Response),
+    ) {
+        let (n, stages, last) = (self.n, self.stages, self.stages - 1);
+        let Self { space, missing, solution, .. } = self;
+        let (of_z, of_slopes) = solution[..4 * n].split_at_mut(2 * n);
+        let [(of_q, of_p), (of_v, of_f)] = [of_z, of_slopes].map(|of| of.split_at_mut(n));
+        (0..n).for_each(|d| [of_q[d], of_p[d]] = roundings(d));
+        space.changes([of_q, of_p], [of_v, of_f]);
+        missing.fill(0.0);
+        let (q, p) = missing.split_at_mut(stages * n);
+        let rows = q.chunks_exact_mut(stages).zip(p.chunks_exact_mut(stages));
+        for (d, (q, p)) in rows.enumerate() {
+            let [by_q, by_p] = defect(d);
+            (q[last], p[last]) = (beyond(by_q, of_v[d]), beyond(by_p, of_f[d]));
+        }
+        self.solve();
+        // `solution` is free now: it takes the mean errors of q and p, and of D.
+        let Self { space, missing, solution, h, .. } = self;
+        let mean = |row: &[f64]| *h * (integration()[0][0] * row[0] + integration()[0][1] * row[1]);
+        let (q, p) = missing.split_at(stages * n);
+        let (of_q, rest) = solution.split_at_mut(n);
+        let (of_p, rest) = rest.split_at_mut(n);
+        of_q.iter_mut().zip(q.chunks_exact(stages)).for_each(|(to, row)| *to = mean(row));
+        of_p.iter_mut().zip(p.chunks_exact(stages)).for_each(|(to, row)| *to = -mean(row));
+        space.friction(of_q, of_p, &mut rest[..n]);
+        let rows = q.chunks_exact(stages).zip(p.chunks_exact(stages));
+        for (d, ((q, p), &friction)) in rows.zip(&*rest).enumerate() {
+            see(d, Response { ends: [q[0], p[0]], slopes: [q[last], p[last]], friction });
+        }
+    }
+
+    /// Solves the equations with the errors at the end that [`Self::respond`] has shown as the
+    /// defect of q' and -p', and shows the last coefficient but one of the solutions, divided by
+    /// 2 (2s+1) |X_{s-1,s-2}|.
+    pub(super) fn respond_again(&mut self, mut see: impl FnMut([f64; 2])) {
+        let (size, stages, last) = (self.stages * self.n, self.stages, self.stages - 1);
+        let scale = (2.0 * (2 * stages + 1) as f64 * integration()[last][last - 1]).recip();
+        for row in self.missing.chunks_exact_mut(stages) {
+            let end = row[0];
+            row.fill(0.0);
+            row[last] = end;
+        }
+        self.solve();
+        let (q, p) = self.missing.split_at(size);
+        let rows = q.chunks_exact(stages).zip(p.chunks_exact(stages));
+        rows.for_each(|(q, p)| see([scale * q[last - 1], scale * p[last - 1]]));
+    }
+
     /// Computes the residual of γ, `next - γ`.
     pub(super) fn set_residual<T: Scalar>(
         &mut self,
@@ -155,4 +222,9 @@ impl Equations {
             (most, at / self.stages)
         })
     }
+}
+
+/// The part of x beyond ± `bound`.
+fn beyond(x: f64, bound: f64) -> f64 {
+    if x.abs() > bound { x - bound.copysign(x) } else { 0.0 * x }
 }

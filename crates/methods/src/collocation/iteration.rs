@@ -5,7 +5,7 @@
 //! iteration starts from the extrapolated polynomial of the last step if the state is exactly the
 //! end of that step, otherwise from a constant.
 
-use super::equations::Equations;
+use super::equations::{Equations, Response};
 use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
@@ -143,9 +143,25 @@ impl<V: Vector> Workspace<V> {
         self.scale
     }
 
-    /// h times the largest entry of the last Jacobian.
-    pub(crate) fn gain(&self) -> f64 {
-        self.equations.as_ref().map_or(0.0, |equations| equations.gain)
+    /// Whether Newton's method solved the last step, which was stiff.
+    pub(crate) fn solved_by_newton(&self) -> bool {
+        self.stiff
+    }
+
+    /// Shows the responses to a defect of the slopes of a step that Newton's method solved, and
+    /// the errors of q' and -p' that add up over the run. What may be due to these roundings of q
+    /// and p is no defect.
+    pub(crate) fn respond(
+        &mut self,
+        roundings: impl Fn(usize) -> [f64; 2],
+        defect: impl Fn(usize) -> [f64; 2],
+        see: impl FnMut(usize, Response),
+        see_sum: impl FnMut([f64; 2]),
+    ) {
+        if let Some(equations) = &mut self.equations {
+            equations.respond(roundings, defect, see);
+            equations.respond_again(see_sum);
+        }
     }
 
     /// The new q, p and w.

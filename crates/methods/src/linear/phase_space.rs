@@ -137,6 +137,25 @@ impl PhaseSpace {
         }
     }
 
+    /// Writes bounds of the changes of ∂H/∂p and of ∂H/∂q + D when q and p change by no more than
+    /// these amounts.
+    pub(crate) fn changes(&self, [q, p]: [&[f64]; 2], [velocities, forces]: [&mut [f64]; 2]) {
+        velocities.fill(0.0);
+        forces.fill(0.0);
+        for (&Derivative { block, i, j, .. }, value) in self.derivatives.iter() {
+            let value = value.abs();
+            match block {
+                Block::Hqq | Block::Dq => forces[i] += value * q[j],
+                Block::Dp => forces[i] += value * p[j],
+                Block::Hpp => velocities[i] += value * p[j],
+                Block::Hqp => {
+                    forces[i] += value * p[j];
+                    velocities[j] += value * q[i];
+                }
+            }
+        }
+    }
+
     /// Writes Dq a + Dp b to `to`.
     pub(crate) fn friction(&self, a: &[f64], b: &[f64], to: &mut [f64]) {
         to.fill(0.0);

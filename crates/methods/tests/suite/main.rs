@@ -71,6 +71,7 @@ mod skew_friction;
 mod slope;
 mod splitting;
 mod stability_flags;
+mod stiff_beside_slow;
 mod storage;
 mod systems;
 mod tiled;

@@ -1,0 +1,90 @@
+//! The error estimate of a step that Newton's method solved.
+//!
+//! The error at the end is `h κ(h J) c`, with the defects c of all slopes, the Jacobian J and
+//!
+//! ```text
+//! κ(z) = ∫ e^{z (1-τ)} P_K(τ) dτ
+//! ```
+//!
+//! which is √(2K+1) (z/2)^K/(2K+1)!! for small z and √(2K+1)/z for large z. Stiff components of c
+//! are divided by their eigenvalues, and slow ones are not, however stiff the others are. The
+//! equations of the step with the defect c P_{K-1} need no new matrix and have the solution
+//! g(h J) c, where |g| is 2(2K+1)/|z| times |κ| for small z and about twice |κ| for large z < 0.
+//! This is the error if J is constant. Since J varies, and the more the larger the relative defect
+//! of the slopes is, this share of the remaining defect is an error too.
+//!
+//! Errors of slow components add up over the run, and each step is allowed its share of the
+//! tolerance. Those of stiff components do not: the step keeps a stiff error of the start, which
+//! the solution forgets, so that every step shows it again. So g c is compared with the whole
+//! tolerance, and f g c with the share. The equations with the defect g c have the last coefficient
+//! but one that is proportional to f(h J) g c, where f is z/(2(2K+1)) for small z, so that f g is
+//! about κ, and proportional to 1/z for large z.
+
+use super::engine::Engine;
+use super::estimate::share;
+use super::stages::weighted;
+use crate::collocation::Response;
+use crate::kernels::reductions::{largest_if_finite, see_size};
+use afterbay_core::{Scalar, StepFailure, Vector};
+use std::array::from_fn;
+
+/// A defect that this many roundings of q and p may cause counts as noise, which no shorter step
+/// reduces. A choice: the noise of Van der Pol's oscillator (μ = 1e6) is up to a third as large.
+const DEFECT_ROUNDINGS: f64 = 2.0;
+
+impl<V: Vector, const K: usize> Engine<V, K> {
+    /// The error estimate of the step relative to the error allowed of the whole run, of which the
+    /// step is allowed the given part. Across a kink the error is of the size of the remaining
+    /// defect.
+    pub(super) fn error_after_newton(
+        &mut self,
+        n: usize,
+        scales: [f64; 3],
+        part: f64,
+        smooth: bool,
+    ) -> Result<f64, StepFailure> {
+        let [force, velocity, loss] = self.defects(n);
+        let kernel = if smooth { share(force).max(share(velocity)) } else { 1.0 };
+        let Self { gauss, trial, start, end, h, spare, inverse_mass, .. } = self;
+        let (length, epsilon) = (h.to_f64().abs(), V::Scalar::EPSILON);
+        let norm = ((2 * K + 1) as f64).sqrt().recip();
+        // The errors over h: of q, p and w; those of q and p that add up; those of q and p due to
+        // changes of J.
+        let (mut ends, mut sums, mut varied) = ([[0.0; 2]; 3], [[0.0; 2]; 2], [[0.0; 2]; 2]);
+        for (point, is_start) in [(&*start, true), (&*end, false)] {
+            let defect = |slopes: &[V; K], slope: &V, d: usize| {
+                let at = from_fn(|i| slopes[if is_start { K - 1 - i } else { i }].as_slice()[d]);
+                norm * (slope.as_slice()[d] - weighted(&gauss.end, at)).to_f64()
+            };
+            let roundings = |d: usize| {
+                [&point.q, &point.p]
+                    .map(|x| DEFECT_ROUNDINGS * epsilon * x.as_slice()[d].to_f64().abs())
+            };
+            let defects = |d| [defect(&trial.v, &point.v, d), defect(&trial.f, &point.f, d)];
+            let respond = |d: usize, Response { ends: [q, p], slopes, friction }: Response| {
+                let at = |x: &V| x.as_slice()[d].to_f64();
+                let power = q * (at(&point.f) - at(&point.hq)) + friction * at(&point.v);
+                see(&mut ends, [q, p, power]);
+                see(&mut varied, slopes);
+            };
+            if let Some(spare) = spare {
+                spare.respond(roundings, defects, respond, |errors| see(&mut sums, errors));
+            }
+        }
+        let [q_end, p_end, power] = ends.map(|[most, poison]| length * (most + poison));
+        let [q_sum, p_sum] = sums.map(|[most, poison]| length * (most + poison));
+        let [q, p] = varied.map(|[most, poison]| length * kernel * (most + poison));
+        // The error of p is also an error of the velocities. Its effect on q grows over the step.
+        let q = q.max(0.5 * length * *inverse_mass * p);
+        let w = power.max(length * loss[0] * kernel.max(share(loss)));
+        let [q_end, q_sum, q] = [q_end * part, q_sum, q].map(|q| q / scales[0]);
+        let [p_end, p_sum, p] = [p_end * part, p_sum, p].map(|p| p / scales[1]);
+        let value = largest_if_finite([q_end, q_sum, q, p_end, p_sum, p, w / scales[2]]);
+        if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
+    }
+}
+
+/// Takes sizes into account.
+fn see<const N: usize>(most: &mut [[f64; 2]; N], x: [f64; N]) {
+    most.iter_mut().zip(x).for_each(|(most, x)| *most = see_size(*most, x.abs()));
+}
