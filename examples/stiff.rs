@@ -42,7 +42,8 @@ fn run<M: Adaptive<[f64; 1], DampedOscillator<f64>> + Adaptive<[f64; 1], VanDerP
         let mut state = State::new([2.0], [0.0])?;
         let done = integrate_within(method, &system, &bound, 2000.0, &mut state, &mut ())?;
         println!(
-            "{name:20} μ = 1000 {tolerance:6.0e}: q = {:.9}, w = {:.9}, {:5} steps, {:6} evaluations",
+            "{name:20} μ = 1000 {tolerance:6.0e}: q = {:.9}, w = {:.9}, {:5} steps, \
+             {:6} evaluations",
             state.q[0], state.w[0], done.accepted, done.effort.evaluations
         );
     }

@@ -69,7 +69,8 @@ impl Observable {
         std::iter::once("t".to_owned()).chain(variables).chain(others).collect()
     }
 
-    /// The value in a state of a run that began with `first`.
+    /// The value in a state of a run that began with `first`; none for a degree of freedom that the
+    /// run does not have, or a pumped energy that it does not count.
     pub fn of(self, row: &TrajectoryRow, first: &TrajectoryRow) -> Option<f64> {
         Some(match self {
             Self::Time => row.t,
@@ -83,7 +84,7 @@ impl Observable {
         })
     }
 
-    /// The symbol.
+    /// The symbol in labels of charts, such as `q1` or `H`.
     pub fn symbol(self) -> String {
         match self {
             Self::Time => "t".into(),

@@ -49,7 +49,7 @@ impl Progress for Unseen<'_> {
     }
 }
 
-/// The progress of one cell of a stage: tells beside its pieces what they cost.
+/// The progress of one cell of a stage. It reports the cost of its pieces as well.
 pub struct Weighted<'a> {
     progress: &'a dyn Progress,
     /// The share of the cell in the cost of the stage, and that of one of its pieces.
@@ -96,7 +96,7 @@ impl Progress for Weighted<'_> {
     }
 }
 
-/// The least share of a piece that is told.
+/// The least share of a piece that is reported.
 const LEAST: f64 = 0.005;
 
 /// A piece under way. When it is dropped, its shares are taken back: `advance` counts it then.
@@ -104,7 +104,8 @@ pub(crate) struct Piece<'a> {
     progress: &'a dyn Progress,
     /// The number of pieces that are under way together.
     count: f64,
-    told: f64,
+    /// The share of each that has been reported.
+    reported: f64,
 }
 
 impl<'a> Piece<'a> {
@@ -115,22 +116,22 @@ impl<'a> Piece<'a> {
 
     /// Several pieces begin, which go on together.
     pub(crate) fn several(progress: &'a dyn Progress, count: usize) -> Self {
-        Self { progress, count: count as f64, told: 0.0 }
+        Self { progress, count: count as f64, reported: 0.0 }
     }
 
     /// `steps` of `all` steps are done.
-    pub(crate) fn reach(&mut self, steps: u64, all: u64) {
+    pub(crate) fn report(&mut self, steps: u64, all: u64) {
         let share = steps as f64 / all.max(1) as f64;
-        if share >= self.told + LEAST {
-            self.progress.part(self.count * (share - self.told));
-            self.told = share;
+        if share >= self.reported + LEAST {
+            self.progress.part(self.count * (share - self.reported));
+            self.reported = share;
         }
     }
 }
 
 impl Drop for Piece<'_> {
     fn drop(&mut self) {
-        self.progress.part(-self.count * self.told);
+        self.progress.part(-self.count * self.reported);
     }
 }
 
@@ -163,7 +164,7 @@ mod tests {
         let done = || *work.0.lock().expect("a sum");
         let cell = Weighted::new(&work, 0.5, 2);
         let mut piece = Piece::new(&cell);
-        piece.reach(50, 100);
+        piece.report(50, 100);
         assert_eq!(done(), 0.125);
         drop(piece);
         cell.advance();
@@ -176,7 +177,7 @@ mod tests {
     fn a_piece_tells_its_shares_now_and_then_and_takes_them_back() {
         let sum = Sum(Mutex::new(Vec::new()));
         let mut piece = Piece::several(&sum, 2);
-        (0..=75_000).for_each(|step| piece.reach(step, 100_000));
+        (0..=75_000).for_each(|step| piece.report(step, 100_000));
         let told = sum.0.lock().expect("a list").clone();
         assert!((100..=150).contains(&told.len()), "{}", told.len());
         assert!((told.iter().sum::<f64>() - 1.5).abs() < 0.011, "{told:?}");

@@ -187,7 +187,7 @@ impl RowWriter {
         let path = shelf.map(|shelf| shelf.folder.join(&name));
         let mut file = None;
         if let (Some(stored), Some(shelf), Some(path)) = (&mut stored, shelf, &path) {
-            let found = reopened(stored, (&name, path), &shelf.folder);
+            let found = reopened(stored, &name, path, &shelf.folder);
             file = Some(found.map_err(RowsError::file(path))?);
         }
         let rows = writer(held.into_bytes());
@@ -258,7 +258,7 @@ fn writer(text: Vec<u8>) -> csv::Writer<Vec<u8>> {
 }
 
 /// Opens the file of a command behind the rows that count. Those of another command are copied.
-fn reopened(stored: &mut Stored, (name, path): (&str, &Path), folder: &Path) -> io::Result<File> {
+fn reopened(stored: &mut Stored, name: &str, path: &Path, folder: &Path) -> io::Result<File> {
     let theirs = folder.join(&stored.name);
     let found = std::fs::metadata(&theirs)?.len();
     if found < stored.bytes {

@@ -24,7 +24,7 @@ const COMPARED: usize = 256;
 const FAR: f64 = 30.0;
 
 /// The number of progress reports of one solution.
-const TOLD: usize = 200;
+const REPORTS: usize = 200;
 
 /// The most strides of a run, for about half a minute of work on `dof` degrees of freedom.
 pub(crate) fn most_strides<T: Scalar>(dof: usize) -> usize {
@@ -122,14 +122,14 @@ fn by_series<T: Expandable>(
         t: start.t * inverse,
         ..start.clone()
     };
-    let run = |pace: Pace, told: bool| -> Result<Option<Solution<T>>, InputError> {
+    let run = |pace: Pace, reports: bool| -> Result<Option<Solution<T>>, InputError> {
         let mut states = Solution::with_room(dof, fine_count + 1);
         let pace = pace.within(most_strides::<T>(dof));
         let mut w = vec![T::zero(); dof];
         let mut see = |state: StateRef<'_, T>| {
             w.iter_mut().zip(state.w).for_each(|(w, &scaled)| *w = scaled * inverse);
             states.push(StateRef { w: &w, t: state.t * scale, ..state });
-            if told && states.len() % fine_count.div_ceil(TOLD).max(1) == 0 {
+            if reports && states.len() % fine_count.div_ceil(REPORTS).max(1) == 0 {
                 progress.reference(states.len() as f64 / (fine_count + 1) as f64);
             }
         };

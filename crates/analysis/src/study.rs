@@ -45,7 +45,7 @@ pub use reference::MOST_DEGREES_IN_QUAD;
 
 use crate::progress::Progress;
 use crate::{Model, Solution};
-use afterbay_core::{InputError, IntegrateError, Scalar, State, StateRef, with_motors};
+use afterbay_core::{InputError, IntegrateError, Mask, Scalar, State, StateRef, with_motors};
 use afterbay_methods::registry::{self, Row};
 use serde::Serialize;
 
@@ -108,15 +108,36 @@ fn method(name: &'static str) -> Result<&'static Row, InputError> {
         .ok_or(InputError::Unsupported { method: name, why: "it is not registered" })
 }
 
-/// The largest differences over the degrees of freedom, of q, p and w.
+/// The largest differences over the degrees of freedom, of q, p and w; NaN if one of them is.
 fn distance<T: Scalar>(found: StateRef<'_, T>, exact: StateRef<'_, T>) -> [T; 3] {
     [(found.q, exact.q), (found.p, exact.p), (found.w, exact.w)].map(|(found, exact)| {
         let differences = found.iter().zip(exact).map(|(&found, &exact)| (found - exact).abs());
-        differences.fold(T::zero(), |most, x| T::select(most.lt(x), x, most))
+        differences.fold(T::zero(), |most, x| {
+            let keeps = x.le(most).or(most.le(most).not());
+            T::select(keeps, most, x)
+        })
     })
 }
 
 /// The names of N columns: `name1` to `nameN`.
 fn numbered(name: &str, dof: usize) -> impl Iterator<Item = String> {
     (1..=dof).map(move |j| format!("{name}{j}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_that_is_nan_is_not_hidden_by_the_others() {
+        let exact = State::new(vec![0.0; 3], vec![0.0; 3]).unwrap();
+        for place in 0..3 {
+            let mut found = exact.clone();
+            found.p = vec![1.0, 2.0, 3.0];
+            found.q[place] = f64::NAN;
+            let [q, p, w] = distance(found.state_ref(), exact.state_ref());
+            assert!(q.is_nan(), "entry {place}: {q}");
+            assert_eq!([p, w], [3.0, 0.0]);
+        }
+    }
 }

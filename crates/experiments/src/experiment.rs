@@ -12,7 +12,6 @@ mod declared;
 mod energy;
 mod figures;
 mod global_orders;
-mod kinks;
 mod limit_cycle;
 mod local_orders;
 mod long_run;
@@ -177,7 +176,7 @@ fn sheets(
     }
     let about = about::sheet(scene)?;
     sheets.push(match task {
-        Task::Study => kinks::warn(about::beyond_stops(about, scene), scene)?,
+        Task::Study => about::beyond_stops(about, scene),
         Task::Run => about,
     });
     Ok((sheets, whole))

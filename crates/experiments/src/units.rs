@@ -28,8 +28,8 @@ impl UnitsTable {
         with(quantity, self.time.as_deref())
     }
 
-    /// The unit of a column of a table, told by its name: t and h are times, q1 is a coordinate,
-    /// w1 and H are energies.
+    /// The unit of a column of a table, which its name determines: t and h are times, q1 is a
+    /// coordinate, w1 and H are energies.
     pub(crate) fn of_column(&self, name: &str) -> Option<&str> {
         let unit = match name.trim_end_matches(|c: char| c.is_ascii_digit()) {
             "t" | "h" => &self.time,

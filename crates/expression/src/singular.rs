@@ -40,7 +40,7 @@ impl Graph {
         parts
     }
 
-    /// The operations that can be singular, as far as their form tells.
+    /// The operations that can be singular, as far as their form shows.
     fn doubtful(&self, of: Node) -> Vec<Node> {
         let (mut least, mut positive) = (HashSet::new(), HashSet::new());
         let all = self.all(&[of]);

@@ -213,7 +213,7 @@ pub enum Sign {
     Along,
     /// Its product with that input is ≤ 0.
     Against,
-    /// The form does not tell.
+    /// The form does not show its sign.
     Unknown,
 }
 

@@ -24,7 +24,7 @@ use crate::adaptive::{
     Budget, KINK_ORDER, Projection, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides,
     balance_by_motor, is_noise, largest,
 };
-use crate::commit::non_finite;
+use crate::commit::not_finite;
 use crate::kernels::reductions::{largest_if_finite, sum};
 use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
 use afterbay_core::{
@@ -71,7 +71,7 @@ pub struct Workspace<V: Vector> {
     /// The length of the step.
     length: f64,
     /// The error of K at the end of a longer step from this state, near an equilibrium.
-    off: f64,
+    last_defect: f64,
     /// An upper bound of |λ| ([`Rates::bounds`]); 0 if none is known.
     fastest: f64,
     /// The steps since it was computed, and those until it is computed anew.
@@ -102,7 +102,7 @@ impl<V: Vector> Workspace<V> {
             smooth: true,
             sides: Sides::default(),
             length: 0.0,
-            off: f64::INFINITY,
+            last_defect: f64::INFINITY,
             fastest: 0.0,
             since: 0,
             until: 1,
@@ -204,7 +204,7 @@ impl<V: Vector> Workspace<V> {
     {
         self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
         let energies = [self.energy, self.end_energy, self.target()];
-        is_noise(system, [&self.q, &self.p], energies, &mut self.off)
+        is_noise(system, [&self.q, &self.p], energies, &mut self.last_defect)
     }
 
     /// Makes K exact at the end of a step with too large an error, if the system is driven.
@@ -218,7 +218,7 @@ impl<V: Vector> Workspace<V> {
 
     /// The largest factor by which the step may be lengthened while staying stable.
     #[inline]
-    fn reach<B: Embedded>(&self, length: f64) -> f64 {
+    fn stable_growth<B: Embedded>(&self, length: f64) -> f64 {
         B::STABLE_RADIUS / (length * self.fastest)
     }
 
@@ -266,7 +266,7 @@ impl<V: Vector> Workspace<V> {
         // NaN.
         let error = if error == f64::INFINITY { f64::MAX } else { error };
         if !error.is_finite() {
-            return Err(non_finite([&self.q, &self.p, &self.gain].map(V::as_slice)));
+            return Err(not_finite([&self.q, &self.p, &self.gain].map(V::as_slice)));
         }
         if error > 1.0 {
             self.balance_rejected_step(system);
@@ -299,15 +299,15 @@ impl<V: Vector> Workspace<V> {
         let (length, order) = (h.to_f64().abs(), B::ERROR_ORDER);
         if self.fastest == 0.0 {
             self.see_fastest(system, state);
-            let reach = self.reach::<B>(length);
-            if reach < 1.0 {
+            let growth = self.stable_growth::<B>(length);
+            if growth < 1.0 {
                 let effort = Effort { evaluations: 1, iterations: 0 };
-                return Ok(Attempt { error: f64::INFINITY, order, largest_growth: reach, effort });
+                return Ok(Attempt { error: f64::INFINITY, order, largest_growth: growth, effort });
             }
         }
         let error = self.step::<B, S>(system, h, state)?;
         self.since += 1;
-        let near = self.since >= self.until && self.reach::<B>(length) < NEAR_LIMIT;
+        let near = self.since >= self.until && self.stable_growth::<B>(length) < NEAR_LIMIT;
         let due = near || self.since >= MOST_STEPS_ELSEWHERE;
         if error > 1.0 || due {
             self.see_fastest(system, state);
@@ -315,7 +315,7 @@ impl<V: Vector> Workspace<V> {
         let order = if self.smooth { order } else { KINK_ORDER };
         let evaluations = B::ROWS.len() as u64 - 1 + first;
         let effort = Effort { evaluations, iterations: 0 };
-        Ok(Attempt { error, order, largest_growth: self.reach::<B>(length), effort })
+        Ok(Attempt { error, order, largest_growth: self.stable_growth::<B>(length), effort })
     }
 
     /// Writes the end of the step; the gains of the reservoirs are added to the w of `to`.
@@ -339,7 +339,7 @@ impl<V: Vector> Workspace<V> {
         self.write(state);
         self.budget.spend(self.length);
         self.energy = self.end_energy;
-        self.off = f64::INFINITY;
+        self.last_defect = f64::INFINITY;
         // A step across a break is taken whatever its error is. H is then evaluated anew.
         (self.begun, self.measured) = (false, self.ended);
     }
@@ -359,9 +359,9 @@ impl<V: Vector> Workspace<V> {
         (self.begun, self.measured) = (false, false);
         self.begin(system, before);
         // There is no longer step to compare with.
-        self.off = 0.0;
+        self.last_defect = 0.0;
         let error = self.step::<B, S>(system, h, before);
-        (self.begun, self.measured, self.off) = (false, false, f64::INFINITY);
+        (self.begun, self.measured, self.last_defect) = (false, false, f64::INFINITY);
         if error? > 1.0 {
             let found = system.energy(self.q.as_slice(), self.p.as_slice());
             let excess = (found - self.target()).to_f64();

@@ -78,8 +78,8 @@ fn rounding_of_potential<T: Scalar, S: Separable<T> + ?Sized>(system: &S, q: &[T
             rise += system.divided_difference(&moved, j, to).value * (to - from);
             moved[j] = to;
         }
-        let off = (system.energy(&moved, &at_rest) - here - rise).abs();
-        most = T::select(most.lt(off), off, most);
+        let defect = (system.energy(&moved, &at_rest) - here - rise).abs();
+        most = T::select(most.lt(defect), defect, most);
     }
     most / T::from_f64(T::EPSILON)
 }
@@ -97,10 +97,10 @@ pub(crate) fn check<T: Scalar>(
     gained: T,
     second_order: impl FnOnce() -> Result<T, StepFailure>,
 ) -> Result<(), StepFailure> {
-    let off = (after.energy - before.energy + gained).abs();
+    let defect = (after.energy - before.energy + gained).abs();
     let size = before.size + after.size + gained.abs();
     let most = T::from_f64(LARGEST_CHANGE_ROUNDINGS);
-    let within = |size: T| off.le(most * rounding_of_each(size)).all();
+    let within = |size: T| defect.le(most * rounding_of_each(size)).all();
     if within(size) {
         return Ok(());
     }
@@ -108,5 +108,5 @@ pub(crate) fn check<T: Scalar>(
     if within(size) {
         return Ok(());
     }
-    Err(StepFailure::BalanceLost { roundings: (off / rounding_of_each(size)).to_f64() })
+    Err(StepFailure::BalanceLost { roundings: (defect / rounding_of_each(size)).to_f64() })
 }

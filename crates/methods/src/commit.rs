@@ -31,17 +31,16 @@ pub(crate) fn store<V: Vector>(
     }
 }
 
-/// Reports which of q, p and w is not finite. It takes copies, so that the vectors of a loop can
-/// stay in registers.
+/// [`not_finite`] of copies, so that the vectors of a loop can stay in registers.
 #[cold]
 #[inline(never)]
-pub(crate) fn not_finite<V: Vector>([q, p, w]: [V; 3]) -> StepFailure {
-    non_finite([q.as_slice(), p.as_slice(), w.as_slice()])
+pub(crate) fn not_finite_by_value<V: Vector>([q, p, w]: [V; 3]) -> StepFailure {
+    not_finite([q.as_slice(), p.as_slice(), w.as_slice()])
 }
 
 /// The failure for the first of q, p and w that is not finite.
 #[cold]
-pub(crate) fn non_finite<T: Scalar>([q, p, w]: [&[T]; 3]) -> StepFailure {
+pub(crate) fn not_finite<T: Scalar>([q, p, w]: [&[T]; 3]) -> StepFailure {
     StepFailure::non_finite(&[
         (Quantity::Coordinate, q),
         (Quantity::Momentum, p),
@@ -54,5 +53,5 @@ pub(crate) fn non_finite<T: Scalar>([q, p, w]: [&[T]; 3]) -> StepFailure {
 /// # Errors
 /// [`StepFailure::NonFinite`] for the first number that is not.
 pub(crate) fn check<T: Scalar>(end: [&[T]; 3]) -> Result<(), StepFailure> {
-    if end.iter().all(|part| all_finite(part)) { Ok(()) } else { Err(non_finite(end)) }
+    if end.iter().all(|part| all_finite(part)) { Ok(()) } else { Err(not_finite(end)) }
 }

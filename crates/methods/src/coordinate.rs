@@ -31,7 +31,7 @@ pub(crate) struct Coordinate<T, F = ()> {
     pub(crate) rates: Rates<T>,
     /// The largest |q_i| of the coordinates coupled to this one. Forces of that size may cancel,
     /// and their sum carries their rounding error.
-    pub(crate) reach: T,
+    pub(crate) largest_coupled: T,
     /// Whether the system is dissipative.
     pub(crate) dissipative: bool,
     /// The force of a drive, if it does not depend on q; `()` where there is no drive.
@@ -103,14 +103,15 @@ impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T>
 {
     #[inline(always)]
     fn at(&mut self, share: T, v: T) -> Sample<T> {
-        let Coordinate { q: q0, rates, reach, dissipative, drive, .. } = *self.coordinate;
+        let Coordinate { q: q0, rates, largest_coupled, dissipative, drive, .. } = *self.coordinate;
         let (width, half_step) = (share * rates.q, share * rates.p.half());
         let product = width * half_step;
         let mean =
             self.edge.system.divided_difference(self.edge.q, self.edge.j, width.mul_add(v, q0));
         let by_q = half_step * mean.slope;
         if !dissipative {
-            let (argument_rounding, value_rounding) = ((by_q * q0).abs(), by_q.abs() * reach);
+            let (argument_rounding, value_rounding) =
+                ((by_q * q0).abs(), by_q.abs() * largest_coupled);
             return Sample {
                 value: half_step * mean.value,
                 slope: product * mean.slope,
@@ -126,7 +127,7 @@ impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T>
             slope: product
                 .mul_add(mean.slope, product.half().mul_add(drag.by_q, half_step * drag.by_p)),
             argument_rounding: (by_q * q0).abs(),
-            value_rounding: by_q.abs() * reach,
+            value_rounding: by_q.abs() * largest_coupled,
         }
     }
 }
@@ -157,8 +158,8 @@ impl<T: Scalar, S: Separable<T> + ?Sized, F: Known<T>> Equation<T>
 impl<T> Coordinate<T> {
     /// This step under a drive, whose force may be known.
     pub(crate) fn under(self, drive: Option<T>) -> Coordinate<T, Option<T>> {
-        let Self { dof, q, p, rates, reach, dissipative, drive: () } = self;
-        Coordinate { dof, q, p, rates, reach, dissipative, drive }
+        let Self { dof, q, p, rates, largest_coupled, dissipative, drive: () } = self;
+        Coordinate { dof, q, p, rates, largest_coupled, dissipative, drive }
     }
 }
 

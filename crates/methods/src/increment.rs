@@ -71,7 +71,8 @@ impl Increment {
     }
 
     /// Updates the coordinates in the given order, for instance coloured
-    /// ([`afterbay_core::Coupling::coloured`]).
+    /// ([`afterbay_core::Coupling::coloured`]). `order` must contain each of 0 to N - 1 exactly
+    /// once; [`Method::workspace`] refuses others.
     pub fn in_order(self, order: Vec<usize>) -> Self {
         Self { order: Some(order), ..self }
     }

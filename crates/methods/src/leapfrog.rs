@@ -12,7 +12,7 @@
 
 mod together;
 
-use crate::commit::not_finite;
+use crate::commit::not_finite_by_value;
 use crate::kick::kick;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::{
@@ -306,7 +306,7 @@ where
             return StepFailure::Singular { dof: j, slope: 0.0 };
         }
     }
-    not_finite(end)
+    not_finite_by_value(end)
 }
 
 /// The motor of each degree of freedom, if it is driven; empty without a drive.

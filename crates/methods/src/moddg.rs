@@ -33,7 +33,7 @@ mod implicit;
 
 pub use closed_form::ClosedForm;
 
-use crate::commit::not_finite;
+use crate::commit::not_finite_by_value;
 use afterbay_core::solver::Newton;
 use afterbay_core::{
     InputError, Mask, Scalar, Separable, Single, State, StepFailure, Vector, validate,
@@ -86,7 +86,7 @@ fn commit<V: Vector>(
 ) -> Result<(), StepFailure> {
     let finite = |x: V::Scalar| x.is_finite().all();
     if !(finite(q) && finite(p) && w.is_none_or(finite)) {
-        return Err(not_finite([q, p, w.unwrap_or(V::Scalar::zero())].map(Single)));
+        return Err(not_finite_by_value([q, p, w.unwrap_or(V::Scalar::zero())].map(Single)));
     }
     state.q.as_mut_slice()[0] = q;
     state.p.as_mut_slice()[0] = p;

@@ -13,7 +13,7 @@
 //! No equation is **solved**. A step **fails** and leaves the state unchanged where a number is not
 //! finite ([`StepFailure::NonFinite`]).
 
-use crate::commit::not_finite;
+use crate::commit::not_finite_by_value;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::{
     Abilities, Effort, InputError, Mask, Method, Scalar, State, StepFailure, System, Vector,
@@ -168,7 +168,7 @@ where
         finite = finite.and(q[j].is_finite()).and(p[j].is_finite()).and(dw[j].is_finite());
     }
     if !finite.all() {
-        return Err(not_finite([q, p, dw].map(|part| V::filled(part, |x| x))));
+        return Err(not_finite_by_value([q, p, dw].map(|part| V::filled(part, |x| x))));
     }
     q0.copy_from_slice(q);
     p0.copy_from_slice(p);

@@ -25,7 +25,7 @@ pub(super) fn under(drive: &CustomDrive<f64>, periods: &[Option<f64>]) -> Vec<Op
         let own = (*own)?;
         (1..=MOST_TURNS)
             .map(|turns| f64::from(turns) * own)
-            .find(|&period| moved.iter().all(|&k| repeats(drive, k, (j, period), periods)))
+            .find(|&period| moved.iter().all(|&k| repeats(drive, k, j, period, periods)))
     };
     periods.iter().enumerate().map(of).collect()
 }
@@ -34,7 +34,8 @@ pub(super) fn under(drive: &CustomDrive<f64>, periods: &[Option<f64>]) -> Vec<Op
 fn repeats(
     drive: &CustomDrive<f64>,
     k: usize,
-    (j, period): (usize, f64),
+    j: usize,
+    period: f64,
     periods: &[Option<f64>],
 ) -> bool {
     // Points without a pattern: multiples of the golden ratio.

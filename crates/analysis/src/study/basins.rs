@@ -125,7 +125,8 @@ impl Basins {
         places(height).flat_map(|row| places(width).map(move |x| row * width + x)).collect()
     }
 
-    /// The initial state of a cell.
+    /// The initial q and p of cell i. The cells are counted row by row: the value of the first axis
+    /// changes from one to the next.
     pub fn start(&self, i: usize) -> [Vec<f64>; 2] {
         let width = self.axes[0].values.len();
         let (mut q, mut p) = (self.problem.q.clone(), self.problem.p.clone());

@@ -202,8 +202,8 @@ impl Bifurcation {
     }
 
     /// One value after another. After a run that fails, grows or comes to rest, the next begins at
-    /// the initial state. A decay goes on from value to value, so that rest is told by the motion
-    /// since the last such start.
+    /// the initial state. A decay goes on from value to value, so that the motion since the last
+    /// such start decides whether a run rests.
     fn followed(
         &self,
         row: &'static Row,

@@ -80,7 +80,8 @@ pub trait Study: Sync {
         shared: &Self::Shared,
         index: usize,
         _so_far: Option<Self::Part>,
-        (progress, _shelf): (&dyn Progress, Option<&Shelf>),
+        progress: &dyn Progress,
+        _shelf: Option<&Shelf>,
     ) -> Result<Leg<Self::Part>, Self::Error> {
         self.compute(shared, index, progress).map(Leg::Last)
     }
@@ -116,6 +117,9 @@ pub(crate) fn compute_all<S: Study>(
 
 /// Maps cells in parallel, and those that are timed one after another behind the others. The
 /// results are in the order of the indices.
+///
+/// # Errors
+/// The error of a cell that fails.
 pub fn map_cells<T: Send, E: Send>(
     cells: &[Cell],
     indices: &[usize],

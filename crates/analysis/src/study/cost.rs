@@ -13,11 +13,11 @@ pub struct CostRow {
     pub method: &'static str,
     /// Degrees of freedom.
     pub n: usize,
-    /// The step.
+    /// The step, in the unit of time of the problem.
     pub h: f64,
     /// Steps of the run.
     pub steps: u64,
-    /// Wall-clock time of the run alone, the fastest of several.
+    /// Wall-clock time of the run alone in seconds, that of the fastest of several runs.
     pub seconds: f64,
 }
 

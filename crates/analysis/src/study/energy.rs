@@ -162,7 +162,7 @@ fn follow(
     let (mut rows, mut largest, mut energy_before) = (Vec::new(), Measured::default(), None);
     let mut piece = Piece::new(progress);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
-        piece.reach(step, grid.steps);
+        piece.report(step, grid.steps);
         let energy = energy_of(&*system, state, n);
         let drift = watch.see(step, state);
         let found = accounts(state, &motors);
@@ -172,7 +172,7 @@ fn follow(
         if step % every == 0 || step == grid.steps {
             let ratio = energy_before.and_then(|before| finite(energy / before));
             let own = Own { method: row.name, h: *h, t: state.t, energy, drift, ratio };
-            rows.push(reference.compare(own, (found, w_error), step as usize));
+            rows.push(reference.compare(own, found, w_error, step as usize));
         }
         energy_before = Some(energy);
         progress.flow()
@@ -211,8 +211,8 @@ impl Reference<'_> {
         largest_difference(w, &accounts(self.solution.at(i), self.motors).w)
     }
 
-    /// The row of a state after i steps, from its energies and the error of w.
-    fn compare(&self, own: Own, (found, w_error): (Accounts<f64>, f64), i: usize) -> EnergyRow {
+    /// The row of a state after i steps, from its energies, its accounts and the error of w.
+    fn compare(&self, own: Own, found: Accounts<f64>, w_error: f64, i: usize) -> EnergyRow {
         let Own { method, h, t, energy, drift, ratio } = own;
         let Accounts { w, s, pumped } = found;
         let (exact, doubt_ratio) = self.ratio(i);

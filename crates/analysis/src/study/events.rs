@@ -6,7 +6,7 @@ mod leg;
 mod rebound;
 
 pub use function::Function;
-pub use leg::advance;
+pub use leg::{EventRun, advance};
 
 use super::trajectory::{Legs, Steps, Trajectory};
 use super::{PUMPED, Problem, numbered};
@@ -90,7 +90,7 @@ pub fn run(
 ) -> Result<(Trajectory, Vec<EventRow>), IntegrateError> {
     let mut found = Vec::new();
     let run = Trajectory::of_legs(Legs::new(problem, row)?, |legs, keep| {
-        advance(legs, (problem, row), (steps, events), (keep, &mut found), progress)
+        advance(legs, EventRun { problem, row, steps, events }, keep, &mut found, progress)
     })?;
     Ok((run, found))
 }

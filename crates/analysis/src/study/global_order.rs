@@ -127,11 +127,11 @@ impl Study for GlobalOrder<'_> {
     ) -> Result<Errors, IntegrateError> {
         let (row, at) = (self.methods[index / self.steps.len()], index % self.steps.len());
         let h = self.steps[at];
-        let with = match &own[at] {
+        let (solution, stride) = match &own[at] {
             Some(own) => (own, 1),
             None => (shared, doublings(*finest, h).unwrap_or(1)),
         };
-        let errors = largest_error(self.problem, row, h, with, progress);
+        let errors = largest_error(self.problem, row, h, solution, stride, progress);
         progress.advance();
         errors
     }
@@ -203,7 +203,8 @@ fn largest_error(
     problem: &Problem,
     row: &Row,
     h: f64,
-    (solution, stride): (&Solution<f64>, usize),
+    solution: &Solution<f64>,
+    stride: usize,
     progress: &dyn Progress,
 ) -> Result<Errors, IntegrateError> {
     let method = problem.model.bind(row)?;
@@ -213,7 +214,7 @@ fn largest_error(
     let mut piece = Piece::new(progress);
     let result = method.run(grid, &mut state, 1, &mut |step, state| {
         done = step;
-        piece.reach(step, grid.steps);
+        piece.report(step, grid.steps);
         let errors = solution.errors(stride * step as usize, state);
         largest.iter_mut().zip(errors).for_each(|(largest, now)| *largest = largest.larger(now));
         progress.flow()

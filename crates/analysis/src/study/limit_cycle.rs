@@ -234,7 +234,7 @@ impl LimitCycle {
         h: f64,
         progress: &'a dyn Progress,
     ) -> Result<(Shooting<'a>, Solved), CycleFailure> {
-        let found = guess::guess(problem, row, h, (self.transient, self.multiple), progress)?;
+        let found = guess::guess(problem, row, h, self.transient, self.multiple, progress)?;
         let Guess { z, period, multiple } = found;
         let model = &problem.model;
         let mut x = z;

@@ -194,7 +194,7 @@ impl Study for LongRuns {
     ) -> Result<Followed, IntegrateError> {
         let mut so_far = None;
         loop {
-            match self.advance(&(), index, so_far, (progress, None))? {
+            match self.advance(&(), index, so_far, progress, None)? {
                 Leg::Further(followed) if !progress.stopped() => so_far = Some(followed),
                 Leg::Last(followed) | Leg::Further(followed) => return Ok(followed),
             }
@@ -210,7 +210,8 @@ impl Study for LongRuns {
         (): &(),
         index: usize,
         so_far: Option<Followed>,
-        (progress, _): (&dyn Progress, Option<&Shelf>),
+        progress: &dyn Progress,
+        _shelf: Option<&Shelf>,
     ) -> Result<Leg<Followed>, IntegrateError> {
         let (setup, starts) = &self.tasks[index];
         let (setup, starts) = (&self.setups[*setup], &self.starts[starts.clone()]);

@@ -180,7 +180,7 @@ impl Lyapunov {
         let between = self.steps(self.time / rows as f64, h)?.max(1);
         let before = if self.transient == 0.0 { 0 } else { self.steps(self.transient, h)? };
         let turning = before.min(between);
-        let mut walk = Walk::new(&self.problem, row, (h, before + rows * between), progress)?;
+        let mut walk = Walk::new(&self.problem, row, h, before + rows * between, progress)?;
         let (mut piece, none) = (Piece::new(progress), Growth::new(2 * model.degrees()));
         let (mut intervals, mut found) = (Vec::new(), Vec::new());
         let mut result = walk
@@ -254,12 +254,13 @@ fn of_intervals(intervals: &[Growth], method: &'static str, h: f64) -> LyapunovR
 fn of_motion(intervals: &[Growth], from: &[f64], h: f64) -> Option<f64> {
     let half = intervals.len() / 2;
     let (first, second) = (&intervals[..half], &intervals[intervals.len() - half..]);
-    let reach = |part: &[Growth], j| part.iter().map(|each| each.reach[j]).fold(0.0, f64::max);
-    let whole: Vec<f64> = (0..from.len()).map(|j| reach(intervals, j)).collect();
+    let farthest =
+        |part: &[Growth], j| part.iter().map(|each| each.farthest[j]).fold(0.0, f64::max);
+    let whole: Vec<f64> = (0..from.len()).map(|j| farthest(intervals, j)).collect();
     let steps: u64 = intervals[half..].iter().map(|growth| growth.steps).sum();
     let rate = |j: usize| {
         let least = metric::rounding(&whole, j, from[j].abs() + whole[j]);
-        let (a, b) = (reach(first, j).max(least), reach(second, j));
+        let (a, b) = (farthest(first, j).max(least), farthest(second, j));
         (b > least).then(|| (b / a).ln() / (h * steps as f64))
     };
     (0..from.len()).filter_map(rate).filter(|rate| rate.is_finite()).reduce(f64::max)
@@ -287,19 +288,25 @@ fn of_displacements(intervals: &[Growth]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    const TEN: Growth =
-        Growth { steps: 10, logs: Vec::new(), log_det: 0.0, divergence: None, reach: Vec::new() };
+    const TEN: Growth = Growth {
+        steps: 10,
+        logs: Vec::new(),
+        log_det: 0.0,
+        divergence: None,
+        farthest: Vec::new(),
+    };
 
-    /// The growth of a motion that begins at (q, p) and has this reach in each interval of t = 1.
-    fn rate(from: [f64; 2], reach: &[[f64; 2]]) -> Option<f64> {
-        let interval = |reach: &[f64; 2]| Growth { reach: reach.to_vec(), ..TEN };
-        of_motion(&reach.iter().map(interval).collect::<Vec<_>>(), &from, 0.1)
+    /// The growth of a motion that begins at (q, p), by its largest distances from there in each
+    /// interval of t = 1.
+    fn rate(from: [f64; 2], farthest: &[[f64; 2]]) -> Option<f64> {
+        let interval = |farthest: &[f64; 2]| Growth { farthest: farthest.to_vec(), ..TEN };
+        of_motion(&farthest.iter().map(interval).collect::<Vec<_>>(), &from, 0.1)
     }
 
     #[test]
     fn the_rate_of_a_motion_is_that_between_its_halves() {
-        let reaching = |reach: &[f64]| {
-            rate([0.0; 2], &reach.iter().map(|&reach| [reach, 0.0]).collect::<Vec<_>>())
+        let reaching = |farthest: &[f64]| {
+            rate([0.0; 2], &farthest.iter().map(|&farthest| [farthest, 0.0]).collect::<Vec<_>>())
         };
         // From the end of the second interval of t = 1 to that of the fifth: from 3 to 3³.
         let rate = reaching(&[1.0, 3.0, 5.0, 9.0, 27.0]).unwrap();

@@ -39,8 +39,9 @@ impl Motion {
         &self.run
     }
 
-    /// Whether the motion that has settled is rest beside another. A coordinate that moves by
-    /// roundings rests as well, and its momentum with it.
+    /// Whether the motion that has settled is rest beside another, of which it is a small share. A
+    /// coordinate that moves by roundings rests as well, and its momentum with it. (While a run
+    /// seeks its section, `ensemble/standstill.rs` asks for the latter alone.)
     pub(super) fn is_rest_beside(&self, whole: &Ranges) -> bool {
         let (settled, dof) = (&self.settled, whole.len() / 2);
         let faded = |j: usize| settled.extent(j) <= FADED * whole.extent(j);

@@ -82,5 +82,6 @@ pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::TooLarge { .. } => "too-large",
         StepFailure::Vanishes { .. } => "vanishes",
         StepFailure::EventsAccumulate { .. } => "events-accumulate",
+        StepFailure::KinksAccumulate { .. } => "kinks-accumulate",
     }
 }

@@ -280,7 +280,7 @@ impl<'a> Turns<'a> {
             let mut most = now.q[j].abs();
             if from * to < 0.0 {
                 let distance = |state: StateRef<'_, f64>| velocity(self.system, state)[j];
-                let turn = at_zero(run, h, distance, (&self.before, from), (now, to));
+                let turn = at_zero(run, h, distance, &self.before, now);
                 most = most.max(turn.q[j].abs());
             }
             amplitude[j] = amplitude[j].max(most);

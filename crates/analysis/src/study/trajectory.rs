@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::solution::accounts;
 use crate::words::{Word, word as read_word};
 use crate::{Model, Variable};
-use afterbay_core::{Abilities, Accounts, IntegrateError, StateRef};
+use afterbay_core::{Abilities, Accounts, IntegrateError, State, StateRef};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -24,17 +24,22 @@ use std::ops::ControlFlow;
 /// The steps of a run: of size h, and of a method with a tolerance the runs between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
-    /// The size of a step.
+    /// The size of a step, in the unit of time of the problem.
     pub h: f64,
     /// The number of steps between two states that are kept.
     pub every: u64,
-    /// The tolerance of methods that choose their steps.
+    /// The relative tolerance of methods that choose their steps.
     pub tolerance: f64,
 }
 
 /// The steps of a leg that is computed step by step, times degrees of freedom. A choice: such a
 /// step may be a run within a tolerance.
-pub(super) const SINGLE_STEPS: u64 = 1 << 16;
+const SINGLE_STEPS: u64 = 1 << 16;
+
+/// The number of steps of a leg that is computed step by step.
+pub(super) fn steps_of_leg(state: &State<Vec<f64>>) -> u64 {
+    (SINGLE_STEPS / state.q.len() as u64).max(1)
+}
 
 /// A row of `trajectory.csv`, under the [`columns`].
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -90,6 +90,20 @@ pub(super) fn setting_in_words(h: f64, tolerance: Option<f64>) -> String {
     }
 }
 
+/// The runs of a study of work against precision: each method at each step, and each method that
+/// chooses its steps at each tolerance.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Runs<'a> {
+    /// The methods that are run at steps.
+    pub methods: &'a [&'static Row],
+    /// The steps, in the unit of time of the problem. Each divides the end of time.
+    pub steps: &'a [f64],
+    /// The methods that are run at tolerances.
+    pub adaptive: &'a [&'static Row],
+    /// The relative tolerances ([`Tolerance::all`]).
+    pub tolerances: &'a [f64],
+}
+
 /// A study of work against precision: runs at steps, and runs at tolerances. Errors are computed in
 /// parallel, and times are measured one after another.
 pub struct WorkPrecision<'a> {
@@ -107,15 +121,12 @@ pub enum Part {
 }
 
 impl<'a> WorkPrecision<'a> {
-    /// Each method at each step, and methods that choose their steps at each tolerance.
+    /// The study of a problem by these runs.
     ///
     /// # Errors
     /// A step that does not divide the end of time.
-    pub fn new(
-        problem: &'a Problem,
-        (methods, steps): (&[&'static Row], &[f64]),
-        (adaptive, tolerances): (&[&'static Row], &[f64]),
-    ) -> Result<Self, InputError> {
+    pub fn new(problem: &'a Problem, runs: Runs<'_>) -> Result<Self, InputError> {
+        let Runs { methods, steps, adaptive, tolerances } = runs;
         let grids =
             steps.iter().map(|&h| Grid::new(h, problem.end)).collect::<Result<Vec<_>, _>>()?;
         let by_step = methods
@@ -189,17 +200,16 @@ impl Study for WorkPrecision<'_> {
     }
 }
 
-/// Runs each method at each step, and methods that choose their steps at each tolerance.
+/// Computes the study, and returns a row for each run.
 ///
 /// # Errors
 /// Invalid input. The row of a run that fails contains its failure.
 pub fn run(
     problem: &Problem,
-    by_step: (&[&'static Row], &[f64]),
-    by_tolerance: (&[&'static Row], &[f64]),
+    runs: Runs<'_>,
     progress: &dyn Progress,
 ) -> Result<Vec<WorkRow>, IntegrateError> {
-    let study = WorkPrecision::new(problem, by_step, by_tolerance)?;
+    let study = WorkPrecision::new(problem, runs)?;
     Ok(WorkPrecision::rows(compute_all(&study, progress)?))
 }
 
@@ -213,12 +223,11 @@ impl Observed {
     /// The row of a run at a step or a tolerance, from its final state.
     fn row(
         self,
-        (method, h, tolerance): (&'static str, f64, Option<f64>),
-        (ending, effort): (Ending, Option<Effort>),
+        method: &'static str,
+        Ended { ending, h, tolerance, effort }: Ended,
         state: &State<Vec<f64>>,
         exact: &Solution<f64>,
     ) -> WorkRow {
-        let effort = effort.filter(|_| ending.is_completed());
         let errors = effort.map(|_| exact.errors(1, state.state_ref()));
         let doubt = exact.doubt_at(1);
         let Ending { outcome, failure } = ending;
@@ -261,14 +270,21 @@ pub(super) fn errors(
         largest.see(&*system, state);
         progress.flow()
     });
-    let (ending, h, tolerance) = ended(&result, setting, watch.steps, &state, problem.end)?;
-    let effort = result.ok().map(|statistics| statistics.effort);
-    let run = Observed { watch, largest };
-    Ok(run.row((row.name, h, tolerance), (ending, effort), &state, exact))
+    let ended = ended(&result, setting, watch.steps, &state, problem.end)?;
+    Ok(Observed { watch, largest }.row(row.name, ended, &state, exact))
 }
 
-/// The ending of a run of `steps` steps, its step size and its tolerance. The step size is the mean
-/// one if the steps follow from a tolerance.
+/// The end of a run at a step or a tolerance.
+pub(super) struct Ended {
+    pub(super) ending: Ending,
+    /// The step, or the mean one if the steps follow from a tolerance.
+    pub(super) h: f64,
+    pub(super) tolerance: Option<f64>,
+    /// The work of a run that has completed.
+    pub(super) effort: Option<Effort>,
+}
+
+/// The end of a run of `steps` steps.
 ///
 /// # Errors
 /// Invalid input of a run by tolerance.
@@ -278,17 +294,19 @@ pub(super) fn ended(
     steps: u64,
     state: &State<Vec<f64>>,
     end: f64,
-) -> Result<(Ending, f64, Option<f64>), IntegrateError> {
-    match setting {
-        Setting::Step(grid) => Ok((Ending::of(result, grid.steps, steps), grid.h, None)),
+) -> Result<Ended, IntegrateError> {
+    let (ending, h, tolerance) = match setting {
+        Setting::Step(grid) => (Ending::of(result, grid.steps, steps), grid.h, None),
         Setting::Tolerance(tolerance, _) => {
             if let Err(IntegrateError::Input(error)) = result {
                 return Err(error.clone().into());
             }
             let mean = if steps > 0 { state.t / steps as f64 } else { end };
-            Ok((Ending::of(result, 1, u64::from(state.t == end)), mean, Some(tolerance.relative)))
+            (Ending::of(result, 1, u64::from(state.t == end)), mean, Some(tolerance.relative))
         }
-    }
+    };
+    let effort = result.as_ref().ok().map(|statistics| statistics.effort);
+    Ok(Ended { h, tolerance, effort: effort.filter(|_| ending.is_completed()), ending })
 }
 
 /// A guess of the steps in a unit of time at a tolerance of 1.

@@ -5,14 +5,15 @@ use afterbay_core::{State, StateRef};
 use afterbay_methods::registry::Run;
 
 /// The state between two states, h apart, at which `distance` is zero: the end of a shorter step
-/// from the first.
+/// from the first. The distances of the two states have different signs.
 pub(in crate::study) fn at_zero(
     run: &Run<f64>,
     h: f64,
     distance: impl Fn(StateRef<'_, f64>) -> f64,
-    (before, off): (&State<Vec<f64>>, f64),
-    (after, beyond): (StateRef<'_, f64>, f64),
+    before: &State<Vec<f64>>,
+    after: StateRef<'_, f64>,
 ) -> State<Vec<f64>> {
+    let ends = (distance(before.state_ref()), distance(after));
     let mut end = before.clone();
     copy(after, &mut end);
     let within = |share: f64| {
@@ -21,7 +22,7 @@ pub(in crate::study) fn at_zero(
         there.t = before.t + share * h;
         Some((distance(there.state_ref()), there))
     };
-    zero_within((off, beyond), end, within).1
+    zero_within(ends, end, within).1
 }
 
 /// Copies a state.

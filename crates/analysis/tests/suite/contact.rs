@@ -2,6 +2,7 @@
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::work_precision::Runs;
 use afterbay_analysis::study::{Problem, global_order, work_precision};
 use afterbay_methods::registry::{METHODS, Row, bind, find};
 use afterbay_systems::{Custom, Described, Description, DissipationText};
@@ -68,8 +69,9 @@ fn k_is_kept_through_contacts() {
         .iter()
         .filter(|row| row.keeps_k && row.is_adaptive() && bind(row, system.clone()).is_ok())
         .collect();
-    let rows = work_precision::run(&beads, (&fixed, &[0.05, 0.01]), (&adaptive, &[1e-6]), &Silent)
-        .expect("runs");
+    let runs =
+        Runs { methods: &fixed, steps: &[0.05, 0.01], adaptive: &adaptive, tolerances: &[1e-6] };
+    let rows = work_precision::run(&beads, runs, &Silent).expect("runs");
     let completed = rows.iter().filter(|row| row.outcome == "completed");
     assert!(completed.clone().count() > 20, "{}", completed.count());
     for row in completed {

@@ -22,7 +22,7 @@ fn legs_go_on_from_what_was_kept_to_the_bit() {
         let (mut so_far, mut legs) = (None, 0);
         let resumed = loop {
             legs += 1;
-            match study.advance(&(), 0, so_far, (&Silent, None)).expect("a leg") {
+            match study.advance(&(), 0, so_far, &Silent, None).expect("a leg") {
                 Leg::Last(followed) => break followed,
                 Leg::Further(followed) => {
                     let mut bytes = Vec::new();

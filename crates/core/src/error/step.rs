@@ -133,12 +133,21 @@ pub enum StepFailure {
     },
     /// Events follow each other within one step without end.
     #[error(
-        "{count} events fall into one step and more would follow, as of a ball that bounces to \
-         rest: end before, or stop at the event"
+        "events follow each other without end within one step ({count} so far), as those of a ball \
+         that bounces to rest: end before, or stop at the event"
     )]
     EventsAccumulate {
-        /// Their number.
+        /// The number of events before the step is given up.
         count: u64,
+    },
+    /// The motion passes kinks of the forces within one step without end, or stays close to one.
+    #[error(
+        "the force has so many kinks within one step that {parts} parts do not reach its end, as \
+         where a motion comes to rest on a kink: end before, or take a force that is smooth there"
+    )]
+    KinksAccumulate {
+        /// The parts into which the step was divided.
+        parts: u32,
     },
     /// The ∂V/∂q_j that a separable system gives differs from that in its gradient, so that no step
     /// keeps K.
@@ -278,6 +287,12 @@ mod tests {
             |value| StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value }.to_string();
         assert!(says(f64::NAN).contains("has no value"), "{}", says(f64::NAN));
         assert!(!says(f64::INFINITY).contains("has no value"), "{}", says(f64::INFINITY));
+    }
+
+    #[test]
+    fn one_event_is_not_called_events() {
+        let says = StepFailure::EventsAccumulate { count: 1 }.to_string();
+        assert!(says.contains("(1 so far)") && !says.contains("1 events"), "{says}");
     }
 
     #[test]

@@ -27,8 +27,9 @@ pub enum Sight {
     Outside,
 }
 
-/// Whether a function is singular between two points of a line, given what its enclosure over a
-/// part shows.
+/// Whether a function is singular between two points of a line, which have the coordinates `from`
+/// and `to`. `look` encloses the function over a part of the line. The result is false where a
+/// coordinate is not finite, and true after 4096 enclosures that leave a part in doubt.
 ///
 /// A part in doubt that cannot be halved any further counts as singular where it shows a
 /// [`Sight::Pole`], and as regular where it shows a [`Sight::Border`].

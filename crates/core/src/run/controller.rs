@@ -6,7 +6,7 @@
 use super::method::Attempt;
 use super::tolerance::Tolerance;
 use crate::error::InputError;
-use crate::numbers::{Scalar, Vector};
+use crate::numbers::{Scalar, Vector, larger_or_nan};
 use crate::system::{State, System};
 
 /// The error a step aims at, as a share of the error allowed; between 0 and 1. Values from 0.25 to
@@ -209,11 +209,11 @@ pub(super) fn first<V: Vector, S: System<V::Scalar> + ?Sized>(
     let (mut hq, mut hp, mut d) = (V::zeros(n), V::zeros(n), V::zeros(n));
     system.gradient(state.q.as_slice(), state.p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
     system.dissipation(state.q.as_slice(), state.p.as_slice(), hp.as_slice(), d.as_mut_slice());
-    let largest = |x: &[V::Scalar]| x.iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+    let largest = |x: &[V::Scalar]| x.iter().map(|x| x.to_f64().abs()).fold(0.0, larger_or_nan);
     // The coordinates of motors are the time.
     let (q, p) = (&state.q.as_slice()[..free], state.p.as_slice());
     let size = largest(q).max(largest(p)).max(LEAST_SIZE);
-    let rate = [&hq, &hp, &d].map(|x| largest(x.as_slice())).into_iter().fold(0.0, f64::max);
+    let rate = [&hq, &hp, &d].map(|x| largest(x.as_slice())).into_iter().fold(0.0, larger_or_nan);
     let h = FIRST_SHARE * tolerance.relative.powf(0.125) * size / rate;
     if h.is_finite() { h } else { f64::MAX }
 }

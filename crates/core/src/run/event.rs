@@ -9,7 +9,7 @@ use super::method::Effort;
 use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::system::{State, StateRef};
 use first::{FirstEvent, Found, first_event};
-use own_step::{Rest, own_step, stepped};
+use own_step::{OwnStep, Rest, own_step, stepped};
 use side::Side;
 use std::ops::ControlFlow;
 
@@ -127,15 +127,10 @@ pub fn integrate_with_events(
             let from = state.t;
             let rest = Rest { step: n, h, end: time(n) };
             let own = own_step(&mut *step, rest, events, &mut sides, state)?;
+            let (event, spent) = event_within(&mut *step, &own, n, events, &sides, state)?;
             effort += own.effort;
-            let mut within = |share: f64| {
-                let (there, spent) = stepped(&mut *step, share * own.h, n, state, &mut |_| {
-                    ControlFlow::Continue(())
-                })?;
-                effort += spent;
-                Ok(there)
-            };
-            let found = match first_event(events, &sides, [state, &own.end], &mut within)? {
+            effort += spent;
+            let found = match event {
                 FirstEvent::Event(found) if count < MOST_EVENTS => found,
                 FirstEvent::Event(_) | FirstEvent::AtOnce => {
                     let failure = StepFailure::EventsAccumulate { count };
@@ -164,6 +159,27 @@ pub fn integrate_with_events(
         }
     }
     Ok(effort)
+}
+
+/// The first event within a step of the method from `state`, in step `number` of the grid, and the
+/// work of the shorter steps that locate it.
+fn event_within(
+    step: TakeStep<'_>,
+    own: &OwnStep,
+    number: u64,
+    events: &[Event<'_>],
+    sides: &[Side],
+    state: &State<Vec<f64>>,
+) -> Result<(FirstEvent, Effort), IntegrateError> {
+    let mut effort = Effort::default();
+    let mut within = |share: f64| {
+        let unwatched = &mut |_: StateRef<'_, f64>| ControlFlow::Continue(());
+        let (there, spent) = stepped(&mut *step, share * own.h, number, state, unwatched)?;
+        effort += spent;
+        Ok(there)
+    };
+    let event = first_event(events, sides, [state, &own.end], &mut within)?;
+    Ok((event, effort))
 }
 
 /// Updates the sides at the end of a step without an event.

@@ -38,8 +38,8 @@ const MOST_CORRECTIONS: u32 = 200;
 const SMALLEST_SIZE: f64 = 1e-290;
 
 /// Finds the solution x of `equations(1, x) = 0` that continues from x = 0 at s = 0, where
-/// `equations(s, x) = x + O(s)`. x is an increment of `start`. Numbers up to `reach` enter the
-/// equations; where updates no longer shrink, an error of up to 64 roundings of `reach` is
+/// `equations(s, x) = x + O(s)`. x is an increment of `start`. Numbers up to `magnitudes` enter the
+/// equations; where updates no longer shrink, an error of up to 64 roundings of `magnitudes` is
 /// accepted. The determinant is tested at the iterates only: a long step may jump over a pair of
 /// folds to a solution that does not continue from s = 0.
 ///
@@ -48,12 +48,12 @@ const SMALLEST_SIZE: f64 = 1e-290;
 pub fn solve<T: Scalar>(
     dof: usize,
     start: [T; 2],
-    reach: [T; 2],
+    magnitudes: [T; 2],
     mut equations: impl FnMut(T, [T; 2]) -> Equations<T>,
 ) -> Result<Root<T>, StepFailure> {
-    match iterate([T::zero(); 2], start, reach, |x| equations(T::one(), x)) {
+    match iterate([T::zero(); 2], start, magnitudes, |x| equations(T::one(), x)) {
         Ok(root) => Ok(root),
-        Err(stalled) => continue_from_start(dof, start, reach, equations, stalled.evaluations),
+        Err(stalled) => continue_from_start(dof, start, magnitudes, equations, stalled.evaluations),
     }
 }
 
@@ -62,7 +62,7 @@ pub fn solve<T: Scalar>(
 fn iterate<T: Scalar>(
     mut x: [T; 2],
     start: [T; 2],
-    reach: [T; 2],
+    magnitudes: [T; 2],
     mut equations: impl FnMut([T; 2]) -> Equations<T>,
 ) -> Result<Root<T>, Stalled> {
     let (zero, one) = (T::zero(), T::one());
@@ -92,11 +92,13 @@ fn iterate<T: Scalar>(
         let grows = updates.grows();
         if grows.any() {
             cold_path();
-            let blur =
-                [a.abs() * reach[0] + b.abs() * reach[1], c.abs() * reach[0] + d.abs() * reach[1]];
+            let noise = [
+                a.abs() * magnitudes[0] + b.abs() * magnitudes[1],
+                c.abs() * magnitudes[0] + d.abs() * magnitudes[1],
+            ];
             let spread = [
-                ((one + d).abs() * blur[0] + b.abs() * blur[1]) * inverse,
-                (c.abs() * blur[0] + (one + a).abs() * blur[1]) * inverse,
+                ((one + d).abs() * noise[0] + b.abs() * noise[1]) * inverse,
+                (c.abs() * noise[0] + (one + a).abs() * noise[1]) * inverse,
             ];
             let small = share([scale[0] + spread[0], scale[1] + spread[1]])
                 .le(T::from_f64(NOISE_ROUNDINGS * T::EPSILON));
@@ -114,7 +116,7 @@ fn iterate<T: Scalar>(
 fn continue_from_start<T: Scalar>(
     dof: usize,
     start: [T; 2],
-    reach: [T; 2],
+    magnitudes: [T; 2],
     mut equations: impl FnMut(T, [T; 2]) -> Equations<T>,
     mut evaluations: u32,
 ) -> Result<Root<T>, StepFailure> {
@@ -128,7 +130,7 @@ fn continue_from_start<T: Scalar>(
     }
     let mut x = [T::zero(); 2];
     let outcome = follow(Limits::OF_FOLDS, |s| {
-        let outcome = iterate(x, start, reach, |x| equations(T::from_f64(s), x)).map(|root| {
+        let outcome = iterate(x, start, magnitudes, |x| equations(T::from_f64(s), x)).map(|root| {
             x = root.x;
             evaluations += root.evaluations;
         });
@@ -171,7 +173,8 @@ mod tests {
 
     #[test]
     fn slow_convergence_is_no_noise() {
-        // x + 1.4 x + 4 y = 1 and y = 0, with 0.7 in place of 1.4 in the Jacobian; `reach` is 1e8.
+        // x + 1.4 x + 4 y = 1 and y = 0, with 0.7 in place of 1.4 in the Jacobian; the magnitudes
+        // are 1e8.
         let root = solve(0, [1.0, 0.0], [1e8; 2], |s: f64, [x, y]: [f64; 2]| Equations {
             residual: [x + s * (1.4 * x + 4.0 * y - 1.0), y],
             excess: [[s * 0.7, s * 4.0], [0.0; 2]],

@@ -146,6 +146,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Clocked<S> {
         self.system.kinks(q, p, put);
     }
 
+    fn kinks_of_state(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        self.system.kinks_of_state(q, p, put);
+    }
+
     fn step_between_breaks(&self, q: &[T], h: T) -> T {
         self.system.step_between_breaks(q, h)
     }

@@ -64,6 +64,11 @@ pub trait Drive<T: Scalar>: Send + Sync {
     /// ([`System::kinks`]).
     fn kinks(&self, _q: &[T], _t: T, _put: &mut dyn FnMut(T)) {}
 
+    /// Those of [`Drive::kinks`] that depend on q, too ([`System::kinks_of_state`]).
+    fn kinks_of_state(&self, q: &[T], t: T, put: &mut dyn FnMut(T)) {
+        self.kinks(q, t, put);
+    }
+
     /// Whether F may be singular at some time.
     fn may_be_singular(&self) -> bool {
         false
@@ -272,6 +277,14 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
         self.system.kinks(q, &p[..self.dof], put);
         if let Some(&t) = times.first() {
             self.drive.kinks(q, t, put);
+        }
+    }
+
+    fn kinks_of_state(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        let (q, times) = q.split_at(self.dof);
+        self.system.kinks_of_state(q, &p[..self.dof], put);
+        if let Some(&t) = times.first() {
+            self.drive.kinks_of_state(q, t, put);
         }
     }
 

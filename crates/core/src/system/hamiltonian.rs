@@ -116,6 +116,13 @@ pub trait System<T: Scalar>: Send + Sync {
     #[inline]
     fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
 
+    /// Those of [`System::kinks`] at which no step ends by [`System::step_between_breaks`]: they
+    /// depend on more than the time.
+    #[inline]
+    fn kinks_of_state(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        self.kinks(q, p, put);
+    }
+
     /// The length of the next step from q, at most h > 0, without an instant at which D jumps in
     /// time or has a kink ([`crate::Drive::step_between_breaks`]).
     #[inline(always)]

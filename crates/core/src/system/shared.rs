@@ -74,6 +74,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
         (**self).kinks(q, p, put);
     }
     #[inline]
+    fn kinks_of_state(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        (**self).kinks_of_state(q, p, put);
+    }
+    #[inline]
     fn step_between_breaks(&self, q: &[T], h: T) -> T {
         (**self).step_between_breaks(q, h)
     }

@@ -119,7 +119,7 @@ where
         for _ in 0..MOST_ENCLOSURES {
             let to: f64 = f64::min(done + width, 1.0);
             let found = self.bounds(&scaled, [done, to]);
-            let most: [f64; 3] = std::array::from_fn(|i| largest[i].max(found[i]));
+            let most: [f64; 3] = std::array::from_fn(|i| larger_or_nan(largest[i], found[i]));
             let share = tau.abs() / M as f64 * to.powi(M as i32);
             let scales = expansion.scales(tau.abs() * to);
             let small = |(&most, scale): (&f64, f64)| {

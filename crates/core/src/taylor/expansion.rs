@@ -66,7 +66,8 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
         Self { reach: reaches.into_iter().fold(f64::INFINITY, f64::min), series, sizes }
     }
 
-    /// The state at the time τ after the point of expansion.
+    /// The state at the time τ after the point of expansion, or before it for τ < 0. It is accurate
+    /// up to |τ| = `reach`.
     pub fn at(&self, tau: V::Scalar) -> State<V> {
         let Self { series, .. } = self;
         let at = |part: &V::Of<Series<V::Scalar, M>>| V::filled(part.as_slice(), |x| x.at(tau));

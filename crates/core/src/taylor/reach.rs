@@ -23,8 +23,9 @@ pub(super) fn reach<const M: usize>(sizes: &[f64; M], epsilon: f64) -> f64 {
     if !sizes.iter().all(|size| size.is_finite()) {
         return 0.0;
     }
-    let some = |from: &usize| sizes[*from..].iter().any(|&size| size > 0.0);
-    let Some(from) = [M - M / 4, M - M / 2, 2].iter().copied().find(some) else {
+    // The first k of a part of the coefficients, and the first whose coefficient is not 0.
+    let last = |from: usize| Some((from, (from..M).find(|&k| sizes[k] > 0.0)?));
+    let Some((from, first)) = [M - M / 4, M - M / 2, 2].into_iter().find_map(last) else {
         return f64::INFINITY;
     };
     let led_by = |i: usize| {
@@ -41,7 +42,7 @@ pub(super) fn reach<const M: usize>(sizes: &[f64; M], epsilon: f64) -> f64 {
     if reach > 0.0 {
         reach
     } else {
-        epsilon.powf(1.0 / M as f64) * sizes[from].powf(-1.0 / from as f64)
+        epsilon.powf(1.0 / M as f64) * sizes[first].powf(-1.0 / first as f64)
     }
 }
 
@@ -105,6 +106,7 @@ mod tests {
         assert_eq!(estimate(|_| 0.0), f64::INFINITY);
         for k in 2..24 {
             assert!(estimate(|i| f64::from(i == 0 || i == k)) < 1.0, "{k}");
+            assert!(estimate(|i| f64::from(i == k)) < 1.0, "{k} alone");
         }
         assert_eq!(estimate(|k| if k == 9 { f64::NAN } else { 1.0 }), 0.0);
     }

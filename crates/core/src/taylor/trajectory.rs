@@ -15,18 +15,19 @@ pub struct Pace {
     /// The size of the disturbance of every entry that is not at rest, in unit roundoffs of the
     /// largest entry of q, of p and of w, with a pseudo-random sign: at the end of each stride and
     /// where a state is passed on.
-    pub off: f64,
+    pub disturbance: f64,
     /// The largest number of strides.
     pub strides: usize,
 }
 
 impl Pace {
     /// The longest strides, without disturbance.
-    pub const FULL: Self = Self { share: 1.0, off: 0.0, strides: usize::MAX };
+    pub const FULL: Self = Self { share: 1.0, disturbance: 0.0, strides: usize::MAX };
 
     /// Shorter strides than [`Pace::FULL`], each disturbed by the error that one of those may have.
     /// The distance of the two trajectories shows how these errors grow.
-    pub const CHECK: Self = Self { share: 0.75, off: ALLOWED_ROUNDINGS, strides: usize::MAX };
+    pub const CHECK: Self =
+        Self { share: 0.75, disturbance: ALLOWED_ROUNDINGS, strides: usize::MAX };
 
     /// The pace with a limit on the number of strides.
     pub const fn within(self, strides: usize) -> Self {
@@ -86,56 +87,126 @@ where
     if !end.is_finite().all() {
         return Err(InputError::Step { h: h.to_f64() });
     }
-    let mut dice = Dice(1);
-    let mut route = Route::default();
-    let trusted = |expansion: &Expansion<V, M>, origin: V::Scalar| {
-        let ahead = (end - origin).to_f64();
-        let limit = (pace.share * expansion.reach).min(ahead.abs()).copysign(ahead);
-        let clear = expansion.clear(system, limit);
-        let leaps = clear <= shortest(origin.to_f64());
-        if leaps { clear } else { clear * defect.solved(expansion, clear.copysign(ahead)) }
-    };
-    let mut expansion = Expansion::<V, M>::about(system, start);
-    // The time of the point of expansion, and the length of the stride from there.
-    let mut origin = V::Scalar::zero();
-    let mut clear = trusted(&expansion, origin);
-    let mut short = 0;
+    let mut trajectory = Trajectory::new(system, defect, start, end, pace);
     for i in 0..=steps {
         let t = V::Scalar::from_f64(i as f64) * h;
-        while (t - origin).to_f64().abs() > clear {
+        while !trajectory.covers(t) {
             if stop() {
-                route.interrupted = true;
-                return Ok(route);
+                trajectory.route.interrupted = true;
+                return Ok(trajectory.route);
             }
-            let shortest = shortest(t.to_f64());
-            short = if clear > shortest { 0 } else { short + 1 };
-            let stride = clear.max(leap::<V::Scalar>(t.to_f64(), short)).copysign(h.to_f64());
-            let mut state = expansion.at(V::Scalar::from_f64(stride));
-            if state.check(dof).is_err()
-                || expansion.reach <= shortest
-                || short > MOST_SHORT_STRIDES
-            {
-                return Err(InputError::SolutionEnds { t: (start.t + origin).to_f64() });
-            }
-            if pace.off > 0.0 {
-                dice.disturb(&mut state, &expansion, system.motors(), stride, pace.off);
-            }
-            state.set_tiny_to_zero();
-            origin += V::Scalar::from_f64(stride);
-            route.strides += 1;
-            route.unseen = route.unseen.max(defect.unseen(stride));
-            route.check(pace.strides, origin.to_f64() / end.to_f64())?;
-            expansion = Expansion::about(system, &state);
-            clear = trusted(&expansion, origin);
+            trajectory.stride(t)?;
         }
-        let mut state = expansion.at(t - origin);
-        if pace.off > 0.0 && i > 0 {
-            let tau = (t - origin).to_f64();
-            dice.disturb(&mut state, &expansion, system.motors(), tau, pace.off);
-        }
-        see(i, State { t: start.t + t, ..state });
+        see(i, trajectory.at(t));
     }
-    Ok(route)
+    Ok(trajectory.route)
+}
+
+/// A trajectory up to the expansion in use. All times but `start` are counted from `start`.
+struct Trajectory<'a, S: ?Sized, V: Vector, const M: usize> {
+    system: &'a S,
+    defect: &'a dyn Defect<V, M>,
+    pace: Pace,
+    /// The time at which the trajectory starts.
+    start: V::Scalar,
+    /// The end of the grid.
+    end: V::Scalar,
+    expansion: Expansion<V, M>,
+    /// The time of the point of expansion.
+    origin: V::Scalar,
+    /// The length of the stride from there, over which the expansion is a solution.
+    clear: f64,
+    /// The number of shortest strides in a row.
+    short: u32,
+    dice: Dice,
+    route: Route,
+}
+
+impl<'a, S, V, const M: usize> Trajectory<'a, S, V, M>
+where
+    V: Vector,
+    S: System<Series<V::Scalar, M>> + ?Sized,
+{
+    fn new(
+        system: &'a S,
+        defect: &'a dyn Defect<V, M>,
+        start: &State<V>,
+        end: V::Scalar,
+        pace: Pace,
+    ) -> Self {
+        let mut new = Self {
+            system,
+            defect,
+            pace,
+            start: start.t,
+            end,
+            expansion: Expansion::about(system, start),
+            origin: V::Scalar::zero(),
+            clear: 0.0,
+            short: 0,
+            dice: Dice(1),
+            route: Route::default(),
+        };
+        new.clear = new.solved();
+        new
+    }
+
+    /// The length of the next stride: up to a kink, and as long as the defect is small.
+    fn solved(&self) -> f64 {
+        let ahead = (self.end - self.origin).to_f64();
+        let limit = (self.pace.share * self.expansion.reach).min(ahead.abs()).copysign(ahead);
+        let clear = self.expansion.clear(self.system, limit);
+        let leaps = clear <= shortest(self.origin.to_f64());
+        if leaps {
+            clear
+        } else {
+            clear * self.defect.solved(&self.expansion, clear.copysign(ahead))
+        }
+    }
+
+    /// Whether the expansion in use is a solution up to t.
+    fn covers(&self, t: V::Scalar) -> bool {
+        (t - self.origin).to_f64().abs() <= self.clear
+    }
+
+    /// Moves the point of expansion by one stride, on the way to t.
+    fn stride(&mut self, t: V::Scalar) -> Result<(), InputError> {
+        let shortest = shortest(t.to_f64());
+        self.short = if self.clear > shortest { 0 } else { self.short + 1 };
+        let leap = leap::<V::Scalar>(t.to_f64(), self.short);
+        let stride = self.clear.max(leap).copysign(self.end.to_f64());
+        let mut state = self.expansion.at(V::Scalar::from_f64(stride));
+        let is_invalid = state.check(self.system.dof()).is_err();
+        if is_invalid || self.expansion.reach <= shortest || self.short > MOST_SHORT_STRIDES {
+            return Err(InputError::SolutionEnds { t: (self.start + self.origin).to_f64() });
+        }
+        self.disturb(&mut state, stride);
+        state.set_tiny_to_zero();
+        self.origin += V::Scalar::from_f64(stride);
+        self.route.strides += 1;
+        self.route.unseen = self.route.unseen.max(self.defect.unseen(stride));
+        self.route.check(self.pace.strides, self.origin.to_f64() / self.end.to_f64())?;
+        self.expansion = Expansion::about(self.system, &state);
+        self.clear = self.solved();
+        Ok(())
+    }
+
+    /// The state at t, which the expansion in use covers. That at the start is not disturbed.
+    fn at(&mut self, t: V::Scalar) -> State<V> {
+        let mut state = self.expansion.at(t - self.origin);
+        if t != V::Scalar::zero() {
+            self.disturb(&mut state, (t - self.origin).to_f64());
+        }
+        State { t: self.start + t, ..state }
+    }
+
+    /// Disturbs a state at the time tau after the point of expansion, if the pace says so.
+    fn disturb(&mut self, state: &mut State<V>, tau: f64) {
+        let size = self.pace.disturbance;
+        if size > 0.0 {
+            self.dice.disturb(state, &self.expansion, self.system.motors(), tau, size);
+        }
+    }
 }
 
 /// The longest stride that counts as one that ends at a kink or a singularity, as a share of t.
@@ -178,8 +249,8 @@ impl Dice {
         if self.0 >> 63 == 0 { 1.0 } else { -1.0 }
     }
 
-    /// Disturbs the entries that are not at rest, by `off` unit roundoffs of the largest at τ. The
-    /// times of all motors are disturbed alike: their forces would otherwise jump or bend one after
+    /// Disturbs the entries that are not at rest, by `size` unit roundoffs of the largest at τ. The
+    /// times of all motors are disturbed alike: their forces would otherwise have kinks one after
     /// the other.
     fn disturb<V: Vector, const M: usize>(
         &mut self,
@@ -187,7 +258,7 @@ impl Dice {
         expansion: &Expansion<V, M>,
         motors: usize,
         tau: f64,
-        off: f64,
+        size: f64,
     ) {
         let Expansion { series, .. } = expansion;
         let scales = expansion.scales(tau.abs());
@@ -203,7 +274,7 @@ impl Dice {
                     if i > 0 || !further_times.contains(&j) {
                         sign = self.sign();
                     }
-                    *x += V::Scalar::from_f64(sign * off * V::Scalar::EPSILON * scale);
+                    *x += V::Scalar::from_f64(sign * size * V::Scalar::EPSILON * scale);
                 }
             }
         }

@@ -19,7 +19,7 @@ pub struct InUnits<S> {
 }
 
 impl<S> InUnits<S> {
-    /// The system in the unit u.
+    /// The system in the unit u, a positive number of units of its own time.
     pub fn new(system: S, unit: f64) -> Self {
         Self { system, unit }
     }

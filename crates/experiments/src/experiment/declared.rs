@@ -147,10 +147,10 @@ where
             None => None,
         };
         so_far.iter().for_each(|part| progress.earlier(self.study.fraction_done(part)));
-        let places = (progress, ledger.shelf());
+        let shelf = ledger.shelf();
         let (begin, mut kept) = (Instant::now(), Instant::now());
         loop {
-            let part = match self.study.advance(shared, index, so_far.take(), places)? {
+            let part = match self.study.advance(shared, index, so_far.take(), progress, shelf)? {
                 Leg::Last(part) => return Ok(written(&Kept::Done(part))?),
                 Leg::Further(part) => part,
             };
@@ -283,7 +283,8 @@ mod tests {
             (): &(),
             _index: usize,
             so_far: Option<u64>,
-            (progress, _): (&dyn Progress, Option<&Shelf>),
+            progress: &dyn Progress,
+            _shelf: Option<&Shelf>,
         ) -> Result<Leg<u64>, ReportError> {
             self.computed.fetch_add(1, Ordering::Relaxed);
             progress.advance();

@@ -20,6 +20,9 @@ const MOST_NAMED: usize = 6;
 /// A cycle is neutral if its largest multiplier differs from 1 by at most this much. A choice: some
 /// orders more than its rounding.
 const NEUTRAL: f64 = 1e-6;
+/// The distance from 1 of the reference's multiplier along a cycle above which it is in doubt. A
+/// choice: multipliers are printed with two digits.
+const DOUBTED: f64 = 1e-3;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<LimitCycle>) -> Boxed<'a> {
     let made = |plan: &DynamicsPlan<LimitCycle>, parts| sheet(scene, plan, plan.gather(parts));
@@ -81,6 +84,10 @@ fn readings(parameter: Option<&str>, found: &[Cycles]) -> Readings {
         readings.add(&label, "amplitude", cycle.map(|cycle| cycle.amplitude[0]));
         readings.add(&label, "multiplier", cycle.and_then(largest));
         readings.add(&label, "lost below", cycle.and_then(|cycle| cycle.lost_below));
+        if cycles.row.name == EXACT {
+            let along = cycles.points.iter().filter_map(|point| point.cycle.off_along());
+            readings.add(&label, "off along", along.reduce(f64::max));
+        }
         if let Some((cycle, exact)) = cycle.zip(exact).filter(|_| cycles.row.name != EXACT) {
             let off = |own: f64, exact: f64| (own - exact).abs() / exact;
             readings.add(&label, "period off", off(cycle.period, exact.period));
@@ -184,13 +191,60 @@ fn what_is_seen(r: &Readings) -> Said {
             COMPLETED => String::new(),
             run => format!(" (the branch ends: {run})"),
         };
+        let doubt = match number("off along") {
+            off if off > DOUBTED => format!(
+                "; it is in doubt, since a multiplier that is 1 is off by {}: take a smaller step",
+                sci(off)
+            ),
+            _ => String::new(),
+        };
         format!(
             "{label}: period {}, amplitude {}, {stable} (largest multiplier {below}{}){off}{events}\
-             {end}",
+             {end}{doubt}",
             significant(number("period"), 7),
             significant(number("amplitude"), 7),
             sci(largest),
         )
     };
-    (note(all_completed(r, "run")), r.each("run", one))
+    let doubted = r.numbers("off along").iter().any(|(_, off)| *off > DOUBTED);
+    (note(all_completed(r, "run") && !doubted), r.each("run", one))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Verdict;
+    use afterbay_analysis::study::limit_cycle::Point;
+    use afterbay_analysis::study::outcome::Ending;
+    use afterbay_methods::registry::REFERENCE;
+
+    /// What is said of a cycle of the reference with these multipliers.
+    fn said(multipliers: [f64; 2], multiple: Option<u64>) -> Said {
+        let cycle = Cycle {
+            value: None,
+            h: 0.01,
+            period: 5.0,
+            multiple,
+            start: [vec![0.0], vec![1.0]],
+            amplitude: vec![1.0],
+            multipliers: multipliers.map(|re| [re, 0.0]).to_vec(),
+            lost_below: None,
+        };
+        let points = vec![Point { cycle, event: None }];
+        let cycles = Cycles { row: &REFERENCE, h: 0.01, points, ending: Ending::completed() };
+        what_is_seen(&readings(None, &[cycles]))
+    }
+
+    #[test]
+    fn a_reference_without_the_multiplier_along_its_cycle_is_in_doubt() {
+        let (verdict, statement) = said([1.25, 0.5], None);
+        assert_eq!(verdict, Verdict::Fails);
+        let doubt = "; it is in doubt, since a multiplier that is 1 is off by 2.5e-1: take a \
+                     smaller step.";
+        assert!(statement.ends_with(doubt), "{statement}");
+        for (multipliers, multiple) in [([1.0005, 0.5], None), ([1.25, 0.5], Some(1))] {
+            let (verdict, statement) = said(multipliers, multiple);
+            assert!(verdict == Verdict::Note && !statement.contains("doubt"), "{statement}");
+        }
+    }
 }

@@ -1,9 +1,8 @@
 //! The accumulation of roundings in K over very many steps.
 
 use super::declared::{Boxed, section};
-use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, counted, note};
-use crate::findings::long_run::{cells, chart_of, growth, readings};
+use crate::findings::long_run::{CAPTION, HEADER, cells, chart, growth, readings};
 use crate::findings::{all_completed, ended};
 use crate::record::RunOutcome;
 use crate::scene::{LongRunPlan, Scene};
@@ -67,30 +66,9 @@ fn sheet(scene: &Scene, plan: &LongRunPlan, found: &[LongRun]) -> Result<Sheet, 
          log rms against log t over the last two decades, with its 95 % confidence interval."
     ));
     sheet.find("K in a long run", readings(found, count), how_k_grows);
-    let header = [
-        "method and step",
-        "exponent of t",
-        "interval",
-        "grows",
-        "rms at the end",
-        "mean at the end",
-        "run",
-    ];
-    sheet.table(&header, found.iter().map(cells).collect());
-    let chart = LineChart {
-        title: "K in a long run".into(),
-        x: Axis::log(scene.units.time("time t")),
-        y: Axis::log("|K - K₀| / largest energy, rms of a window"),
-        curves: found.iter().map(chart_of).collect(),
-        guides: vec![0.5, 1.0],
-    };
-    sheet.show(
-        "long-run",
-        &chart,
-        "Deviation of K relative to the largest energy so far, root mean square over the samples \
-         of a window and the starts. Dashed: growth like √t and like t.",
-        "long_run",
-    );
+    sheet.table(&HEADER, found.iter().map(cells).collect());
+    let chart = chart("K in a long run", &scene.units.time("time t"), found);
+    sheet.show("long-run", &chart, CAPTION, "long_run");
     Ok(sheet)
 }
 

@@ -2,7 +2,7 @@
 
 use super::declared::{Boxed, section};
 use super::names;
-use crate::claim::{Readings, Said, fixed, in_short, sci};
+use crate::claim::{Readings, Said, fixed, in_short, sci, significant};
 use crate::findings::stability::{Grid, spectral_radii, verdicts};
 use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
@@ -12,6 +12,7 @@ use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
 use afterbay_analysis::study::stability::{
     AtlasRow, Map, StabilityRow, Tiles, Verdict, atlas, rules,
 };
+use std::collections::HashSet;
 
 /// The table from which the maps are made.
 const DATA: &str = "stability";
@@ -60,19 +61,24 @@ fn sheet(
         return Ok(sheet);
     }
     let rows = atlas(found);
-    sheet.find("First failure as h grows", readings(&rows), what_breaks_first);
+    let digits = digits(&plan.steps);
+    sheet.find("First failure as h grows", readings(&rows, digits), what_breaks_first);
     charts(&mut sheet, scene, plan, found);
     sheet.text(
         "Map of failures: the first step of each method, as h grows, at which a verdict is not \
          right, with the worst verdict there and the values that have it; and the same at the \
          middle value.",
     );
-    sheet.table(&HEADER, rows.iter().map(cells).collect());
+    sheet.table(&HEADER, rows.iter().map(|row| cells(row, digits)).collect());
     Ok(sheet)
 }
 
-fn readings(rows: &[AtlasRow]) -> Readings {
-    rows.iter().fold(Readings::default(), |r, row| {
+fn readings(rows: &[AtlasRow], digits: Option<usize>) -> Readings {
+    let mut steps = Readings::default();
+    if let Some(digits) = digits {
+        steps.add("steps", "digits", digits as f64);
+    }
+    rows.iter().fold(steps, |r, row| {
         let first = row.verdict.map_or("", Verdict::describe);
         let ([failed, values], [unjudged, cells]) = (row.count, row.unjudged);
         r.and(row.method, "unjudged", unjudged)
@@ -114,12 +120,31 @@ fn charts(sheet: &mut Sheet, scene: &Scene, plan: &StabilityPlan, found: &[Stabi
 const HEADER: [&str; 7] =
     ["method", "first failure", "from h", "at values", "at the middle value", "from h", "value"];
 
-/// A step for a sentence, with at least two significant digits.
-fn step(h: f64) -> String {
-    if h < 0.01 { sci(h) } else { fixed(h, 3) }
+/// The number of significant digits that tells the steps of a map apart; none if the short form of
+/// [`step`] does.
+fn digits(steps: &[f64]) -> Option<usize> {
+    let distinct = steps.iter().map(|h| h.to_bits()).collect::<HashSet<_>>().len();
+    let is_told = |digits: &Option<usize>| {
+        steps.iter().map(|&h| step(h, *digits)).collect::<HashSet<_>>().len() == distinct
+    };
+    std::iter::once(None).chain((3..=MOST_DIGITS).map(Some)).find(is_told).flatten()
+}
+
+/// The digits that tell any two numbers apart.
+const MOST_DIGITS: usize = 17;
+
+/// A step for a sentence, with these significant digits; without them with three decimals, or two
+/// digits if it is small.
+fn step(h: f64, digits: Option<usize>) -> String {
+    match digits {
+        Some(digits) => significant(h, digits),
+        None if h < 0.01 => sci(h),
+        None => fixed(h, 3),
+    }
 }
 
 fn what_breaks_first(r: &Readings) -> Said {
+    let digits = r.known("steps", "digits").map(|digits| digits as usize);
     let one = |method: &str| {
         let number = |what: &str| r.number(method, what);
         let [unjudged, cells] = ["unjudged", "cells"].map(number);
@@ -130,7 +155,7 @@ fn what_breaks_first(r: &Readings) -> Said {
             "" => format!("{method}: nothing fails"),
             verdict => {
                 let [h, failed, values] = ["h", "failed", "values"].map(number);
-                let (h, of) = (step(h), r.word(method, "parameter"));
+                let (h, of) = (step(h, digits), r.word(method, "parameter"));
                 format!("{method}: {verdict} at h = {h} ({failed} of {values} values of {of})")
             }
         };
@@ -142,11 +167,11 @@ fn what_breaks_first(r: &Readings) -> Said {
     (Holds::Note, r.each("first failure", one))
 }
 
-fn cells(row: &AtlasRow) -> Vec<String> {
+fn cells(row: &AtlasRow, digits: Option<usize>) -> Vec<String> {
     let [unjudged, cells] = row.unjudged;
     let without = if unjudged == cells { "not judged" } else { "nothing fails" };
     let verdict = |verdict: Option<Verdict>| verdict.map_or(without, Verdict::describe).to_owned();
-    let step = |h: Option<f64>| h.map_or(String::new(), step);
+    let step = |h: Option<f64>| h.map_or(String::new(), |h| step(h, digits));
     let values = row.from.zip(row.to).map_or(String::new(), |(from, to)| {
         let [from, to] = [from, to].map(in_short);
         if from == to { from } else { format!("{from} to {to}") }
@@ -167,6 +192,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn different_steps_are_told_apart() {
+        let said = |steps: &[f64]| {
+            let digits = digits(steps);
+            steps.iter().map(|&h| step(h, digits)).collect::<Vec<_>>()
+        };
+        assert_eq!(said(&[0.004, 0.148, 1.5]), ["4.0e-3", "0.148", "1.500"]);
+        assert_eq!(said(&[0.0401, 0.0402]), ["0.0401", "0.0402"]);
+        assert_eq!(said(&[4.001e-3, 4.002e-3, 4.002e-3]), ["0.004001", "0.004002", "0.004002"]);
+        let close = [0.1, 0.1_f64.next_up()];
+        assert_ne!(said(&close)[0], said(&close)[1]);
+    }
+
+    #[test]
     fn cells_that_are_not_judged_are_counted() {
         let row = AtlasRow {
             method: "rk4",
@@ -184,13 +222,13 @@ mod tests {
         let says = |unjudged: usize, verdict: Option<Verdict>| {
             let (h, count) = (verdict.map(|_| 0.5), [usize::from(verdict.is_some()), 4]);
             let row = AtlasRow { unjudged: [unjudged, 12], verdict, h, count, ..row.clone() };
-            what_breaks_first(&readings(&[row])).1
+            what_breaks_first(&readings(&[row], None)).1
         };
         assert_eq!(says(0, None), "rk4: nothing fails.");
         assert_eq!(says(12, None), "rk4: no cell is judged.");
         assert_eq!(says(3, None), "rk4: nothing fails, in the 9 of 12 cells that are judged.");
         let short = AtlasRow { middle: 0.00125, from: Some(0.0012), to: Some(2.0), ..row.clone() };
-        assert_eq!([&cells(&short)[3], &cells(&short)[6]], ["0.0012 to 2", "c = 0.00125"]);
+        assert_eq!([3, 6].map(|i| cells(&short, None)[i].clone()), ["0.0012 to 2", "c = 0.00125"]);
         let wrong = says(3, Some(Verdict::Wrong));
         assert!(wrong.contains("(1 of 4 values of c), in the 9 of 12 cells"), "{wrong}");
     }

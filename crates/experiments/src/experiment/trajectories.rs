@@ -14,7 +14,7 @@ use afterbay_analysis::progress::Progress;
 use afterbay_analysis::rows::{RowWriter, Shelf};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::cell::{Cell, Leg, Study};
-use afterbay_analysis::study::events::{self, EventPlan, EventRow};
+use afterbay_analysis::study::events::{self, EventPlan, EventRow, EventRun};
 use afterbay_analysis::study::outcome::COMPLETED;
 use afterbay_analysis::study::section::is_multiple;
 use afterbay_analysis::study::trajectory::{self, Legs, Steps, Trajectory, TrajectoryRow};
@@ -86,7 +86,7 @@ impl Study for Runs<'_> {
     ) -> Result<Found, ReportError> {
         let mut so_far = None;
         loop {
-            match self.advance(&(), index, so_far, (progress, None))? {
+            match self.advance(&(), index, so_far, progress, None)? {
                 Leg::Last(found) => return Ok(found),
                 Leg::Further(found) => so_far = Some(found),
             }
@@ -102,7 +102,8 @@ impl Study for Runs<'_> {
         (): &(),
         index: usize,
         so_far: Option<Found>,
-        (progress, shelf): (&dyn Progress, Option<&Shelf>),
+        progress: &dyn Progress,
+        shelf: Option<&Shelf>,
     ) -> Result<Leg<Found>, ReportError> {
         let (problem, row, steps) = (&self.scene.problem, self.row(index), self.steps());
         // Rows that were lost are computed again.
@@ -126,10 +127,10 @@ impl Study for Runs<'_> {
             written
         };
         if !self.plan.events.is_empty() {
-            let plan = (steps, &self.plan.events[..]);
-            events::advance(&mut legs, (problem, row), plan, (keep, &mut events), progress)?;
+            let run = EventRun { problem, row, steps, events: &self.plan.events };
+            events::advance(&mut legs, run, keep, &mut events, progress)?;
         } else if let Some(spacing) = self.plan.sample {
-            legs.sample(problem, row, (steps, spacing), keep, progress)?;
+            legs.sample(problem, row, steps, spacing, keep, progress)?;
         } else {
             legs.advance(problem, row, steps, keep, progress)?;
         }

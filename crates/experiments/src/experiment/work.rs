@@ -8,7 +8,7 @@ use crate::record::RunOutcome;
 use crate::report::Block;
 use crate::scene::{Scene, WorkPrecisionPlan};
 use crate::sheet::{ReportError, Sheet};
-use afterbay_analysis::study::work_precision::{WorkPrecision, WorkRow};
+use afterbay_analysis::study::work_precision::{self, WorkPrecision, WorkRow};
 
 /// The table from which the charts are made.
 const DATA: &str = "work_precision";
@@ -17,9 +17,9 @@ pub(super) fn declared<'a>(
     scene: &'a Scene,
     plan: &'a WorkPrecisionPlan,
 ) -> Result<Boxed<'a>, ReportError> {
-    let by_step = (&plan.methods[..], &plan.steps[..]);
-    let by_tolerance = (&plan.adaptive[..], &plan.tolerances[..]);
-    let study = WorkPrecision::new(&scene.problem, by_step, by_tolerance)?;
+    let WorkPrecisionPlan { methods, steps, adaptive, tolerances, .. } = plan;
+    let runs = work_precision::Runs { methods, steps, adaptive, tolerances };
+    let study = WorkPrecision::new(&scene.problem, runs)?;
     let made = |_: &WorkPrecision<'_>, parts| sheet(scene, plan, &WorkPrecision::rows(parts));
     Ok(section(["work-precision", "cost of accuracy"], study, made))
 }

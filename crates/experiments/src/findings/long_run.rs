@@ -1,6 +1,6 @@
 //! K in a long run: the table, the chart and the growth of its deviation.
 
-use crate::chart::Curve;
+use crate::chart::{Axis, Curve, LineChart};
 use crate::claim::Readings;
 use crate::sheet::{marked, scientific};
 use afterbay_analysis::statistics::Fit;
@@ -12,8 +12,33 @@ const AGREEMENT: f64 = 0.05;
 /// The conclusion from an exponent of 0.
 const NOT_GROWING: &str = "not growing";
 
-/// The deviation of K over time.
-pub(crate) fn chart_of(run: &LongRun) -> Curve {
+/// The header of a table of [`cells`].
+pub(crate) const HEADER: [&str; 7] = [
+    "method and step",
+    "exponent of t",
+    "interval",
+    "grows",
+    "rms at the end",
+    "mean at the end",
+    "run",
+];
+
+/// The deviation of K of each run over the time, which `time` names.
+pub(crate) fn chart(title: &str, time: &str, found: &[LongRun]) -> LineChart {
+    LineChart {
+        title: title.into(),
+        x: Axis::log(time),
+        y: Axis::log("|K - K₀| / largest energy, rms of a window"),
+        curves: found.iter().map(curve).collect(),
+        guides: vec![0.5, 1.0],
+    }
+}
+
+/// The caption of a [`chart`].
+pub(crate) const CAPTION: &str = "Deviation of K relative to the largest energy so far, root \
+     mean square over the samples of a window and the starts. Dashed: growth like √t and like t.";
+
+fn curve(run: &LongRun) -> Curve {
     marked(&run.setup.label(), run.rows.iter().map(|row| (row.t, row.rms)).collect())
 }
 
@@ -35,6 +60,7 @@ pub(crate) fn grows(fit: &Fit) -> &'static str {
     }
 }
 
+/// The cells of a run.
 pub(crate) fn cells(run: &LongRun) -> Vec<String> {
     let (growth, last) = (run.growth(), run.rows.last());
     vec![

@@ -12,7 +12,7 @@ use afterbay_analysis::statistics::median;
 use afterbay_analysis::study::energy::{self, EnergyRow, EnergyRun};
 use afterbay_analysis::study::global_order;
 use afterbay_analysis::study::local_order::{LocalOrder, Trace};
-use afterbay_core::Quad;
+use afterbay_core::{Quad, larger_or_nan};
 use serde::Serialize;
 
 pub(super) const PART: Part = Part {
@@ -97,7 +97,7 @@ impl Traces {
     fn of_q(&self, name: &str, h: f64) -> [Option<f64>; 2] {
         let mut sizes: Vec<f64> =
             self.points(name, h, 0).into_iter().map(|(_, error)| error).collect();
-        let maximum = sizes.iter().copied().reduce(f64::max);
+        let maximum = sizes.iter().copied().reduce(larger_or_nan);
         [maximum.is_some().then(|| median(&mut sizes)), maximum]
     }
 }
@@ -188,7 +188,7 @@ fn energy_balance(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Vec<EnergyRun>
 }
 
 fn largest(run: &EnergyRun, value: impl Fn(&EnergyRow) -> Option<f64>) -> f64 {
-    run.rows.iter().filter_map(value).map(f64::abs).fold(0.0, f64::max)
+    run.rows.iter().filter_map(value).map(f64::abs).fold(0.0, larger_or_nan)
 }
 
 fn summary(run: &EnergyRun) -> Vec<String> {

@@ -4,7 +4,7 @@ use super::{Paper, Part};
 use crate::claim::{Readings, Said, sci, verdict};
 use crate::sheet::{ReportError, Sheet};
 use afterbay_core::{
-    Correction, InputError, Misprinted, OrderRaising, Quad, Scalar, Series, taylor,
+    Correction, InputError, Misprinted, OrderRaising, Quad, Scalar, Series, larger_or_nan, taylor,
 };
 use afterbay_systems::DampedOscillator;
 use serde::Serialize;
@@ -49,7 +49,7 @@ fn sheet(_paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
             let share = |row: &Erratum| {
                 (value(row) - row.from_the_flow).abs() / (1.0 + row.from_the_flow.abs())
             };
-            of.map(share).reduce(f64::max)
+            of.map(share).reduce(larger_or_nan)
         };
         let readings = Readings::default()
             .and("the printed form", "off the flow by", off(|row| row.as_printed))

@@ -11,6 +11,7 @@ use afterbay_analysis::Model;
 use afterbay_analysis::study::energy::EnergyRun;
 use afterbay_analysis::study::local_order::{LocalOrder, OrderRow, Statistic, rows};
 use afterbay_analysis::study::{Problem, VARIABLES, energy};
+use afterbay_core::larger_or_nan;
 use afterbay_systems::{DUFFING, MODIFIED_VAN_DER_POL, VAN_DER_POL};
 
 /// The problems, by the names of their folders. The paper names these systems without defining
@@ -127,7 +128,7 @@ impl Found {
     fn cells(&self, run: &EnergyRun) -> Vec<String> {
         let mut cells = vec![run.method.to_string()];
         cells.extend(VARIABLES.map(|variable| decimal(self.median(run.method, variable))));
-        let w_error = run.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
+        let w_error = run.rows.iter().map(|row| row.w_error.abs()).fold(0.0, larger_or_nan);
         cells.extend([scientific(Some(run.drift)), scientific(Some(w_error))]);
         cells.push(run.violations.map_or("not counted".into(), |count| count.to_string()));
         cells.push(run.ending.describe());

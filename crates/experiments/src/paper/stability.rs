@@ -136,11 +136,13 @@ const COUNTED: [&str; 5] =
     ["linear", "unstable", "unstable and bounded", "stable and unbounded", "stable, not right"];
 
 fn beside_the_spectrum(r: &Readings) -> Said {
-    let [linear, unstable, quiet, loud, wrong] = COUNTED.map(|what| r.number("cells", what));
-    let beside = if quiet == 0.0 && loud == 0.0 {
+    let [linear, unstable, bounded, unbounded, wrong] = COUNTED.map(|what| r.number("cells", what));
+    let beside = if bounded == 0.0 && unbounded == 0.0 {
         "no verdict disagrees with it".to_owned()
     } else {
-        format!("{quiet} of these stay bounded within the run, and {loud} of the others do not")
+        format!(
+            "{bounded} of these stay bounded within the run, and {unbounded} of the others do not"
+        )
     };
     let statement = format!(
         "the spectral radius exceeds 1 in {unstable} of {linear} cells, and {beside}; {wrong} \

@@ -36,8 +36,13 @@ fn sheet(paper: &Paper<'_>, mut sheet: Sheet) -> Result<Sheet, ReportError> {
         let runs = rows.len() * steps.len() + ADAPTIVE.len() * tolerances.len();
         progress.begin(&format!("cost of accuracy: {name}"), 2 * runs);
         let adaptive: Vec<_> = ADAPTIVE.iter().collect();
-        let found =
-            work_precision::run(&problem, (&rows, &steps), (&adaptive, &tolerances), progress)?;
+        let all = work_precision::Runs {
+            methods: &rows,
+            steps: &steps,
+            adaptive: &adaptive,
+            tolerances: &tolerances,
+        };
+        let found = work_precision::run(&problem, all, progress)?;
         of_system(&mut sheet, name, &problem, &found)?;
     }
     Ok(sheet)

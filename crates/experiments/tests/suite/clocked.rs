@@ -3,6 +3,7 @@
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::limit_cycle::{Cycle, LimitCycle};
+use afterbay_analysis::study::work_precision::Runs;
 use afterbay_analysis::study::{energy, events, global_order, trajectory, work_precision};
 use afterbay_core::accounts;
 use afterbay_experiments::record::Artifact;
@@ -114,9 +115,9 @@ fn every_method_is_studied() {
     let (adaptive, fixed): (Vec<_>, Vec<_>) =
         METHODS.iter().filter(applies).partition(|row| row.is_adaptive());
     assert_eq!((fixed.len(), adaptive.len()), (25, 5));
-    let table =
-        work_precision::run(&scene.problem, (&fixed, &[0.02, 0.01]), (&adaptive, &[1e-6]), &Silent)
-            .unwrap();
+    let runs =
+        Runs { methods: &fixed, steps: &[0.02, 0.01], adaptive: &adaptive, tolerances: &[1e-6] };
+    let table = work_precision::run(&scene.problem, runs, &Silent).unwrap();
     for row in &table {
         assert_eq!(row.outcome, "completed", "{}", row.method);
         let keeps = find(row.method).unwrap().keeps_k;

@@ -2,6 +2,7 @@
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::work_precision::Runs;
 use afterbay_analysis::study::{energy, global_order, trajectory, work_precision};
 use afterbay_core::accounts;
 use afterbay_experiments::record::Artifact;
@@ -36,7 +37,8 @@ fn the_error_of_w_is_the_same_in_every_table() {
     let (problem, methods) = (resonance(1.3, 3.0).problem, rows(&["moddg", "rk4"]));
     let h = problem.end / (3.0 * STEPS);
     let energies = energy::run(&problem, &methods, h, 1, &Silent).unwrap();
-    let costs = work_precision::run(&problem, (&methods, &[h]), (&[], &[]), &Silent).unwrap();
+    let runs = Runs { methods: &methods, steps: &[h], ..Runs::default() };
+    let costs = work_precision::run(&problem, runs, &Silent).unwrap();
     let orders = global_order::run(&problem, &methods, &[h], &Silent).unwrap();
     let of_w = |method| {
         let mut rows = orders.iter().filter(|row| row.method == method && row.variable == "w");
@@ -164,9 +166,8 @@ fn a_jump_is_followed(force: f64) {
     }
     let adaptive: Vec<_> = ADAPTIVE.iter().collect();
     for tolerance in [1e-6, 1e-9, 1e-12] {
-        for row in
-            work_precision::run(problem, (&[], &[]), (&adaptive, &[tolerance]), &Silent).unwrap()
-        {
+        let runs = Runs { adaptive: &adaptive, tolerances: &[tolerance], ..Runs::default() };
+        for row in work_precision::run(problem, runs, &Silent).unwrap() {
             let name = format!("{} at {tolerance:e}, force {force:e}", row.method);
             let (qp, w) = (row.error_qp.expect(&name), row.error_w.expect(&name));
             assert!(qp < 10.0 * tolerance * size, "{name}: {qp:e}");
@@ -263,9 +264,9 @@ fn every_method_is_studied() {
     let (adaptive, fixed): (Vec<_>, Vec<_>) =
         METHODS.iter().filter(applies).partition(|row| row.is_adaptive());
     assert!(fixed.len() >= 21 && adaptive.len() >= 2, "{} {}", fixed.len(), adaptive.len());
-    let table =
-        work_precision::run(&scene.problem, (&fixed, &[0.02, 0.01]), (&adaptive, &[1e-6]), &Silent)
-            .unwrap();
+    let runs =
+        Runs { methods: &fixed, steps: &[0.02, 0.01], adaptive: &adaptive, tolerances: &[1e-6] };
+    let table = work_precision::run(&scene.problem, runs, &Silent).unwrap();
     for row in &table {
         assert_eq!(row.outcome, "completed", "{}", row.method);
         let keeps = find(row.method).unwrap().keeps_k;

@@ -311,3 +311,24 @@ fn a_ring_in_step_has_the_cycle_of_one_oscillator() {
         assert!(off.fold(f64::INFINITY, f64::min) < 1e-10, "{exact}: {:?}", found.multipliers);
     }
 }
+
+/// Periods and multipliers of -0.01 v + 0.01 v³ in 12 digits, from series between the kinks.
+#[test]
+fn cycles_across_kinks_have_their_multipliers() {
+    for (potential, [period, multiplier], most) in [
+        ("q1^2/2 + 10*max(q1 - 1, 0)^2", [5.776_933_100_982_8, 0.936_666_223_674_3], 1e-11),
+        ("q1^2/2 + 0.5*abs(q1)", [4.734_478_369_791_2, 0.960_403_235_795_7], 1e-11),
+        // The second derivative of V has no bound beside this kink.
+        ("q1^2/2 + 10*max(q1 - 1, 0)^1.5", [5.572_631_689_361, 0.936_132_649_9], 1e-6),
+    ] {
+        let system = format!(
+            "name = \"custom\"\npotential = \"{potential}\"\n\
+             dissipation = [\"-0.01*v1 + 0.01*v1^3\"]"
+        );
+        let near = study(problem(&system, "", [1.0, 0.57]), 50.0);
+        let found = only(&near.run(&REFERENCE, 0.02, &Silent).unwrap());
+        close(potential, found.period, period, most);
+        close(potential, found.multipliers[0][0], 1.0, most);
+        close(potential, found.multipliers[1][0], multiplier, most);
+    }
+}

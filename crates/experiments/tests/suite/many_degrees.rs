@@ -4,6 +4,7 @@ use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::local_order::{LocalErrors, LocalOrder, Statistic, order};
 use afterbay_analysis::study::long_run::Setup;
+use afterbay_analysis::study::work_precision::Runs;
 use afterbay_analysis::study::{
     MOST_DEGREES_IN_QUAD, Problem, energy, global_order, long_run, trajectory, work_precision,
 };
@@ -116,8 +117,8 @@ fn steps_that_are_no_doublings_have_a_solution_of_their_own() {
 #[test]
 fn what_is_owed_in_each_is_counted_in_each() {
     let count = |problem: &Problem, name: &str, h: f64| {
-        work_precision::run(problem, (&rows(&[name]), &[h]), (&[], &[]), &Silent).unwrap()[0]
-            .passivity_violations
+        let runs = Runs { methods: &rows(&[name]), steps: &[h], ..Runs::default() };
+        work_precision::run(problem, runs, &Silent).unwrap()[0].passivity_violations
     };
     let passive = chain(4, 0.5, 2.0);
     for name in ["increment-1", "increment-2", "gonzalez", "leapfrog", "rk4"] {

@@ -322,3 +322,24 @@ fn a_system_without_friction_has_no_attractors_and_ends() {
     let unsettled = found.cells.iter().filter(|cell| cell.ending.outcome == "unsettled").count();
     assert!(unsettled > 0, "every orbit is one of its own");
 }
+
+/// In one degree of freedom without a drive there is no chaos.
+#[test]
+fn a_kink_makes_no_chaos() {
+    let system = "name = \"custom\"\npotential = \"q1^2/2 + 10*max(q1 - 1, 0)^1.5\"\n\
+                  dissipation = [\"-0.1*v1 + 0.1*v1^3\"]";
+    let crossing =
+        Crossing { variable: Variable::Q, dof: 0, value: 0.0, direction: Direction::Rising };
+    let study = Poincare {
+        problem: problem(system, "", [0.0, 1.0]),
+        section: Section::Crossing(crossing),
+        starts: vec![[vec![0.0], vec![1.0]]],
+        transient: 50,
+        points: 8,
+    };
+    let found = study.run(&REFERENCE, 0.02, &Silent).unwrap();
+    for pair in found.rows.windows(2) {
+        let off = (pair[1].p[0] - pair[0].p[0]).abs();
+        assert!(off < 1e-6, "{off:e}");
+    }
+}

@@ -3,6 +3,7 @@
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::stability::{Map, MapError, Verdict};
+use afterbay_analysis::study::work_precision::Runs;
 use afterbay_analysis::study::{Problem, energy, global_order, work_precision};
 use afterbay_core::{InputError, IntegrateError, StateRef};
 use afterbay_experiments::paper::oscillator;
@@ -97,13 +98,9 @@ fn orders_are_taken_from_errors_above_rounding_in_every_unit() {
 #[test]
 fn a_run_that_fails_keeps_its_row_and_the_sweep_goes_on() {
     // Simple iteration does not contract at h = 2.5, but it does at the next step size.
-    let found = work_precision::run(
-        &oscillator(),
-        (&rows(&["moddg-fixed-point"]), &[2.5, 0.1]),
-        (&[], &[]),
-        &Silent,
-    )
-    .expect("runs");
+    let methods = rows(&["moddg-fixed-point"]);
+    let runs = Runs { methods: &methods, steps: &[2.5, 0.1], ..Runs::default() };
+    let found = work_precision::run(&oscillator(), runs, &Silent).expect("runs");
     assert_eq!(found[0].outcome, "not-contracting");
     assert!(
         found[0]

@@ -15,8 +15,8 @@ const NOISE_ROUNDINGS: f64 = 16.0;
 /// (q, p) causes, and a shorter step does not reduce the difference. Near an equilibrium away from
 /// the origin no small change of (q, p) can correct it.
 ///
-/// `energies` are H at the start, H at the end, and the target. `off` is the difference that a
-/// longer step from the same state left, and is replaced by that of this step.
+/// `energies` are H at the start, H at the end, and the target. `last_defect` is the difference
+/// that a longer step from the same state left, and is replaced by that of this step.
 ///
 /// # Errors
 /// [`StepFailure::NotGradient`]
@@ -25,7 +25,7 @@ pub(crate) fn is_noise<V, S>(
     system: &S,
     [q, p]: [&V; 2],
     energies: [V::Scalar; 3],
-    off: &mut f64,
+    last_defect: &mut f64,
 ) -> Result<bool, StepFailure>
 where
     V: Vector,
@@ -34,7 +34,7 @@ where
     let (q, p, [start, end, target]) = (q.as_slice(), p.as_slice(), energies);
     let terms = start.abs().to_f64() + end.abs().to_f64() + second_order(system, q, p);
     let found = (end - target).abs().to_f64();
-    let before = std::mem::replace(off, found);
+    let before = std::mem::replace(last_defect, found);
     let within = |terms: f64| found <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms);
     Ok((found > 0.5 * before && within(terms)) || within(measured_rounding(system, q, p)?))
 }

@@ -6,7 +6,7 @@
 use super::iteration::{Problem, Workspace};
 use super::nodes::losses;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
-use crate::commit::non_finite;
+use crate::commit::not_finite;
 use crate::rounding::roundings;
 use afterbay_core::{Curvature, Mask, Scalar, StepFailure, Vector};
 
@@ -40,7 +40,7 @@ impl<V: Vector> Workspace<V> {
             }
         }
         if !finite.all() {
-            return Err(non_finite([q, p, w]));
+            return Err(not_finite([q, p, w]));
         }
         self.gained = gained;
         self.weigh(system, start);

@@ -1,6 +1,6 @@
 //! A copy of the state before a step, restored if the step fails.
 
-use crate::commit::non_finite;
+use crate::commit::not_finite;
 use afterbay_core::{Effort, Mask, Scalar, State, StepFailure, Vector};
 
 /// (q, p, w) before the step.
@@ -60,5 +60,5 @@ fn finite<T: Scalar>(state: [&[T]; 3]) -> Result<(), StepFailure> {
     let all = |part: &[T]| {
         part.iter().fold(T::zero().is_finite(), |mask, x| mask.and(x.is_finite())).all()
     };
-    if state.into_iter().all(all) { Ok(()) } else { Err(non_finite(state)) }
+    if state.into_iter().all(all) { Ok(()) } else { Err(not_finite(state)) }
 }

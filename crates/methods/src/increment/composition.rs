@@ -10,7 +10,16 @@ pub struct Composition {
 }
 
 impl Composition {
-    /// Alternates forward and backward sweeps with the given fractions of the step.
+    /// Alternates forward and backward sweeps with the given fractions of the step, which sum to 1.
+    /// The order is 1, or 2 if the fractions are the same from both ends; more takes fractions that
+    /// satisfy further conditions, such as those of [`Composition::suzuki4`].
+    ///
+    /// ```
+    /// use afterbay_methods::Composition;
+    /// let half_and_half = Composition::alternating(&[0.5, 0.5])?;
+    /// assert_eq!(half_and_half, Composition::pair());
+    /// # Ok::<(), afterbay_core::InputError>(())
+    /// ```
     ///
     /// # Errors
     /// [`InputError::Parameter`] where their sum is not 1 to the rounding of its terms.

@@ -47,7 +47,8 @@ impl GeneralIncrement {
         Self { composition, order: None }
     }
 
-    /// Updates the degrees of freedom in the given order.
+    /// Updates the degrees of freedom in the given order. `order` must contain each of 0 to N - 1
+    /// exactly once; [`Method::workspace`] refuses others.
     pub fn in_order(self, order: Vec<usize>) -> Self {
         Self { order: Some(order), ..self }
     }
@@ -143,10 +144,10 @@ where
 {
     let dissipative = !system.dissipation_form().zero;
     let (q, p, w) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
-    let reach = [largest(q), largest(p)];
+    let magnitudes = [largest(q), largest(p)];
     let mut evaluations = 0;
     for j in order {
-        let plane = Plane { dof: j, from: [q[j], p[j]], h, first, dissipative, reach };
+        let plane = Plane { dof: j, from: [q[j], p[j]], h, first, dissipative, magnitudes };
         let moved = plane.advance(system, q, p)?;
         [q[j], p[j]] = moved.to;
         w[j] += moved.dw;

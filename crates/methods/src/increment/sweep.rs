@@ -114,7 +114,7 @@ where
 {
     let (Stride { h, largest_q }, Member { index: j, dof }) = (stride, member);
     let rate = if system.unit_mass() { h } else { h / system.mass(j) };
-    let reach = beside(&system.coupling(), largest_q, q, j);
+    let largest_coupled = beside(&system.coupling(), largest_q, q, j);
     let rates = Rates { q: rate, p: h, w: rate };
-    Coordinate { dof, q: q[j], p: p[j], rates, reach, dissipative, drive: () }
+    Coordinate { dof, q: q[j], p: p[j], rates, largest_coupled, dissipative, drive: () }
 }

@@ -47,9 +47,9 @@ pub(super) struct Slopes<V: Vector> {
     free: usize,
     damping: DissipationForm,
     diagonal: V,
-    /// Columns of R: the rows `reach` above and below the diagonal
+    /// Columns of R: the rows `bandwidth` above and below the diagonal
     columns: Vec<V::Scalar>,
-    reach: usize,
+    bandwidth: usize,
     /// ρ, g and u
     rate: V::Scalar,
     skew: [V; 2],
@@ -80,11 +80,11 @@ impl<V: Vector> Slopes<V> {
             let why = "a second derivative names a degree of freedom that does not exist";
             return Err(InputError::Unsupported { method: "locally-exact", why });
         }
-        let reach = if system.coupling() == Coupling::Chain { 1 } else { n.saturating_sub(1) };
+        let bandwidth = if system.coupling() == Coupling::Chain { 1 } else { n.saturating_sub(1) };
         let motors = (n - system.motors()..n)
             .filter_map(|m| Some((m, system.driven_by(m)?, V::Scalar::zero())))
             .collect();
-        let entries = if damping.coupled { n * (2 * reach + 1).min(n) } else { 0 };
+        let entries = if damping.coupled { n * (2 * bandwidth + 1).min(n) } else { 0 };
         Ok(Self {
             entries: Vec::with_capacity(counts[0]),
             by_q: Vec::with_capacity(counts[1]),
@@ -94,7 +94,7 @@ impl<V: Vector> Slopes<V> {
             damping,
             diagonal: V::zeros(n),
             columns: vec![V::Scalar::zero(); entries],
-            reach,
+            bandwidth,
             rate: V::Scalar::zero(),
             skew: [V::zeros(n), V::zeros(n)],
             motors,
@@ -178,14 +178,14 @@ impl<V: Vector> Slopes<V> {
         evaluate_d: &impl Fn(&[V::Scalar], &mut [V::Scalar]),
     ) {
         self.kind = Kind::Matrix;
-        let (n, reach) = (v.len(), self.reach);
-        let width = (2 * reach + 1).min(n);
+        let (n, bandwidth) = (v.len(), self.bandwidth);
+        let width = (2 * bandwidth + 1).min(n);
         for colour in 0..width {
             probe.fill(V::Scalar::zero());
             probe.iter_mut().skip(colour).step_by(width).for_each(|x| *x = V::Scalar::one());
             evaluate_d(probe, found);
             for k in (colour..n).step_by(width) {
-                let rows = rows(n, reach, k);
+                let rows = rows(n, bandwidth, k);
                 self.columns[k * width..][..rows.len()].copy_from_slice(&found[rows]);
             }
         }
@@ -193,12 +193,12 @@ impl<V: Vector> Slopes<V> {
 
     /// Whether D - D(z̄, 0) equals R v to the rounding of D and `rest` = D(z̄, 0).
     fn is_linear(&self, v: &[V::Scalar], found: &[V::Scalar], rest: &[V::Scalar]) -> bool {
-        let (n, reach) = (v.len(), self.reach);
-        let width = (2 * reach + 1).min(n);
+        let (n, bandwidth) = (v.len(), self.bandwidth);
+        let width = (2 * bandwidth + 1).min(n);
         (0..n).all(|i| {
             let (mut sum, mut size) = (V::Scalar::zero(), found[i].abs() + rest[i].abs());
-            for k in rows(n, reach, i) {
-                let term = self.columns[k * width + i - rows(n, reach, k).start] * v[k];
+            for k in rows(n, bandwidth, i) {
+                let term = self.columns[k * width + i - rows(n, bandwidth, k).start] * v[k];
                 sum += term;
                 size += term.abs();
             }
@@ -281,10 +281,10 @@ impl<V: Vector> Slopes<V> {
                 pairs.zip(v).for_each(|((to, &r), &v)| *to = r.mul_add(v, *to));
             }
             Kind::Matrix => {
-                let (n, reach) = (v.len(), self.reach);
-                let width = (2 * reach + 1).min(n);
+                let (n, bandwidth) = (v.len(), self.bandwidth);
+                let width = (2 * bandwidth + 1).min(n);
                 for (k, &v) in v.iter().enumerate() {
-                    let rows = rows(n, reach, k);
+                    let rows = rows(n, bandwidth, k);
                     let column = &self.columns[k * width..][..rows.len()];
                     to[rows].iter_mut().zip(column).for_each(|(to, &r)| *to = r.mul_add(v, *to));
                 }
@@ -325,6 +325,6 @@ impl<V: Vector> Slopes<V> {
 }
 
 /// The rows in which column `k` of R may have entries.
-fn rows(n: usize, reach: usize, k: usize) -> std::ops::Range<usize> {
-    k.saturating_sub(reach)..(k + reach + 1).min(n)
+fn rows(n: usize, bandwidth: usize, k: usize) -> std::ops::Range<usize> {
+    k.saturating_sub(bandwidth)..(k + bandwidth + 1).min(n)
 }

@@ -53,11 +53,11 @@ where
         let friction = (delta_q * k).half() + b;
         let sigma = delta_p.half().mul_add(friction, one);
         let inverse = sigma.recip();
-        let pull = delta_p * inverse;
-        let v = (-pull * k.half()).mul_add(q0, inverse * p0);
-        let reach = delta_q * inverse;
-        let mut q1 = reach.mul_add(p0, (-reach * (delta_p * k).half()).mul_add(q0, q0));
-        let mut p1 = (-pull * k).mul_add(q0, (-pull * friction).mul_add(p0, p0));
+        let p_factor = delta_p * inverse;
+        let v = (-p_factor * k.half()).mul_add(q0, inverse * p0);
+        let q_factor = delta_q * inverse;
+        let mut q1 = q_factor.mul_add(p0, (-q_factor * (delta_p * k).half()).mul_add(q0, q0));
+        let mut p1 = (-p_factor * k).mul_add(q0, (-p_factor * friction).mul_add(p0, p0));
         if !one.half().le(sigma).and(sigma.is_finite()).all() {
             cold_path();
             if !sigma.is_finite().all() {

@@ -47,7 +47,7 @@ where
             q,
             p,
             rates: Rates { q: sizes.q / mass, p: sizes.p, w: sizes.w / mass },
-            reach: Scalar::abs(q),
+            largest_coupled: Scalar::abs(q),
             dissipative,
             drive: (),
         };

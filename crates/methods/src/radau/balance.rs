@@ -45,8 +45,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let Err(excess) = self.project(system, allowed) else { return Ok(None) };
         self.place_end(system, state);
         let (energies, end) = ([self.energy, self.end_energy, self.target()], [&self.q, &self.p]);
-        let noise =
-            error <= ROUNDING_SUSPECTED_BELOW && is_noise(system, end, energies, &mut self.off)?;
+        let noise = error <= ROUNDING_SUSPECTED_BELOW
+            && is_noise(system, end, energies, &mut self.last_defect)?;
         Ok((!noise).then_some(excess))
     }
 

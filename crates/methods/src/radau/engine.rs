@@ -65,7 +65,7 @@ pub(crate) struct Engine<V: Vector, const S: usize> {
     sides: Sides,
     pub(super) share: Share,
     /// The defect of K at the end of a longer step from this state, near an equilibrium.
-    pub(super) off: f64,
+    pub(super) last_defect: f64,
 }
 
 impl<V: Vector, const S: usize> Engine<V, S> {
@@ -109,7 +109,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             rejected: true,
             sides: Sides::default(),
             share: Share::new(tolerance, span, n - system.motors()),
-            off: f64::INFINITY,
+            last_defect: f64::INFINITY,
         })
     }
 
@@ -171,7 +171,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         outcome?;
         self.estimate(h, allowed, true);
         // No step longer than this one was tried.
-        self.off = 0.0;
+        self.last_defect = 0.0;
         if self.balance(system, before, allowed, 0.0)?.is_some() {
             let excess = (self.end_energy - self.target()).to_f64();
             return Err(StepFailure::ProjectionFailed { excess });
@@ -192,7 +192,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         if !self.begun {
             self.start.evaluate_slopes(system, self.dissipative, &state.q, &state.p);
             self.energy = state.energy(system);
-            self.off = f64::INFINITY;
+            self.last_defect = f64::INFINITY;
             (self.begun, self.fresh) = (true, false);
             effort.evaluations = 1;
         }
@@ -235,7 +235,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         std::mem::swap(&mut self.trial, &mut self.kept);
         self.kept_h = Some(self.h);
         self.energy = self.end_energy;
-        self.off = f64::INFINITY;
+        self.last_defect = f64::INFINITY;
         self.fresh = false;
         // The slopes at the end are known unless the projection moved it.
         self.begun = self.unmoved;

@@ -16,7 +16,7 @@ const MET_ROUNDINGS: f64 = 2.0;
 const NOISE_ROUNDINGS: f64 = 8.0;
 /// The least change of K over a step, in roundings of its terms, that determines γ: twice
 /// [`MET_ROUNDINGS`].
-const TOLD_ROUNDINGS: f64 = 4.0;
+const DETERMINING_ROUNDINGS: f64 = 4.0;
 
 /// A point of the chord, and the error of K there.
 #[derive(Clone, Copy)]
@@ -64,7 +64,8 @@ impl<V: Vector> Chord<V> {
         let lost = (plain.excess - (now - total)).to_f64().abs();
         // If the step changes K by roundings alone, they would decide γ, and move z by far more
         // than a rounding.
-        if lost <= TOLD_ROUNDINGS * unit && self.take_from_reservoir(direction, plain.excess) {
+        if lost <= DETERMINING_ROUNDINGS * unit && self.take_from_reservoir(direction, plain.excess)
+        {
             return Ok(one);
         }
         let root = self.search(system, state, direction, [now - total, total], plain, unit);
@@ -120,17 +121,18 @@ impl<V: Vector> Chord<V> {
         S: System<V::Scalar> + ?Sized,
     {
         let one = V::Scalar::one();
-        // The error of K as offset + slope γ + bend γ², and its derivative at 1.
+        // The error of K as offset + slope γ + square γ², and its derivative at 1.
         let slope = direction.slope();
-        let bend = plain.excess - offset - slope;
-        let ahead = slope + bend + bend;
+        let square = plain.excess - offset - slope;
+        let derivative = slope + square + square;
         let Point { excess, .. } = plain;
-        let square = ahead.mul_add(ahead, -(bend * excess * V::Scalar::from_f64(4.0)));
-        let positive = V::Scalar::zero().lt(square).all();
-        let spread = if positive { square.sqrt() } else { V::Scalar::zero() };
-        let spread = if ahead.lt(V::Scalar::zero()).all() { -spread } else { spread };
+        let four = V::Scalar::from_f64(4.0);
+        let discriminant = derivative.mul_add(derivative, -(square * excess * four));
+        let is_real = V::Scalar::zero().lt(discriminant).all();
+        let root = if is_real { discriminant.sqrt() } else { V::Scalar::zero() };
+        let root = if derivative.lt(V::Scalar::zero()).all() { -root } else { root };
         let (mut last, mut best) = (plain, plain);
-        let mut next = one - (excess + excess) / (ahead + spread);
+        let mut next = one - (excess + excess) / (derivative + root);
         for _ in 0..MOST_POINTS {
             let near = (next - one).to_f64().abs() <= LARGEST_DISTANCE;
             if !near {

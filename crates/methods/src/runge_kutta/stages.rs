@@ -51,6 +51,12 @@ impl<V: Vector> Stages<V> {
         self.dissipative
     }
 
+    /// The slopes of q and p at the start.
+    pub(crate) fn at_start(&self) -> [&V; 2] {
+        let [q, p, _] = &self.slopes[0];
+        [q, p]
+    }
+
     /// ∂H/∂p at the stage.
     pub(crate) fn velocity(&self, stage: usize) -> &V {
         &self.slopes[stage][Q]
@@ -72,11 +78,27 @@ impl<V: Vector> Stages<V> {
         B: Tableau,
         S: System<V::Scalar> + ?Sized,
     {
+        self.advance_seen::<B, S>(system, h, state, |_, _| {});
+    }
+
+    /// Computes them, and passes the point (q, p) of each to `see`.
+    #[inline]
+    pub(crate) fn advance_seen<B, S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        mut see: impl FnMut(&[V::Scalar], &[V::Scalar]),
+    ) where
+        B: Tableau,
+        S: System<V::Scalar> + ?Sized,
+    {
         // Unrolled, so that the coefficients of each stage are constants for the compiler.
         macro_rules! stages {
             ($($stage:literal)*) => {
                 $(if $stage < B::ROWS.len() {
                     self.stage::<B, S, $stage>(system, h, state);
+                    see(self.q.as_slice(), self.p.as_slice());
                 })*
             };
         }

@@ -14,7 +14,8 @@ use std::sync::Arc;
 const TEXTS: [(&str, &str); 4] = [
     ("sum(i, 1, n-1, exp(q[i+1] - q[i]) - (q[i+1] - q[i]) - 1)", "0.1*p[i]"),
     (
-        "q1^2/2 + q1^4/8 + q[n]^2/2 + q[n]^4/8 + sum(i, 1, n-1, (q[i+1]-q[i])^2/2 + (q[i+1]-q[i])^4/8)",
+        "q1^2/2 + q1^4/8 + q[n]^2/2 + q[n]^4/8 \
+         + sum(i, 1, n-1, (q[i+1]-q[i])^2/2 + (q[i+1]-q[i])^4/8)",
         "0.02*p[i]",
     ),
     ("sum(i, 1, n, 2 - cos(q[wrap(i+1)] - q[i]) - cos(q[i]))", "0.1*abs(p[i])*p[i]"),

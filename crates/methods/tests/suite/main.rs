@@ -61,6 +61,7 @@ mod order_table;
 mod orders;
 mod overflow;
 mod planes;
+mod reference_kinks;
 mod refused_states;
 mod relaxed;
 mod relaxed_short_steps;

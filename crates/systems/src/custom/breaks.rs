@@ -8,7 +8,7 @@ use super::failure::CustomError;
 use super::programs::{Builder, Part};
 use super::time_point;
 use afterbay_core::{Interval, Scalar};
-use afterbay_expression::{Input, Kinds, Node};
+use afterbay_expression::{Graph, Input, Kinds, Node};
 
 /// The width of a break on each side, in units in the last place of the time. It covers the
 /// roundings of the times of stages.
@@ -17,23 +17,29 @@ const MARGIN: f64 = 8.0;
 /// touches 0 with several derivatives. The search then ends early, at a time that may be no break.
 const MOST_EVALUATIONS: u32 = 4000;
 
+/// Those functions that depend on nothing but `time`, which is t of a drive or the coordinate of a
+/// clock, and the others.
+pub(super) fn of_time_and_state(graph: &Graph, of: &[Node], time: Input) -> [Vec<Node>; 2] {
+    let of_time = |&x: &Node| {
+        let inputs = graph.inputs(x, Kinds::ALL);
+        !inputs.is_empty() && inputs.iter().all(|input| *input == time)
+    };
+    let (of_time, of_state) = of.iter().copied().partition(of_time);
+    [of_time, of_state]
+}
+
 /// The functions of t whose zeros are the breaks.
 #[derive(Debug)]
 pub(super) struct Breaks(Vec<Part>);
 
 impl Breaks {
-    /// Those among some functions that depend on nothing but `time`: t of a drive, or the
-    /// coordinate of a clock.
+    /// Those among some functions that depend on nothing but `time`.
     pub(super) fn new(
         builder: &mut Builder,
         kinks: &[Node],
         time: Input,
     ) -> Result<Self, CustomError> {
-        let of_time = |&x: &Node| {
-            let inputs = builder.graph.inputs(x, Kinds::ALL);
-            !inputs.is_empty() && inputs.iter().all(|input| *input == time)
-        };
-        let of_time: Vec<Node> = kinks.iter().copied().filter(of_time).collect();
+        let [of_time, _] = of_time_and_state(&builder.graph, kinks, time);
         if of_time.is_empty() {
             return Ok(Self(Vec::new()));
         }

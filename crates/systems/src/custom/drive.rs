@@ -1,6 +1,6 @@
 //! Forces of a drive, F_j(q, t), described by expressions.
 
-use super::breaks::Breaks;
+use super::breaks::{Breaks, of_time_and_state};
 use super::description::DriveDescription;
 use super::failure::{CustomError, Place};
 use super::programs::{Builder, Part, closed};
@@ -32,7 +32,8 @@ struct Shape {
     waves: Vec<Option<Wave<Node>>>,
     /// The period, where it is given.
     period: Option<Node>,
-    kinks: Vec<Part>,
+    /// The functions at whose zeros forces may not be analytic: those of t, and the others.
+    kinks: [Vec<Part>; 2],
     breaks: Breaks,
     poles: Breaks,
     closed: Vec<Node>,
@@ -83,7 +84,8 @@ impl CustomDrive<f64> {
         let breaks = Breaks::new(&mut builder, &kinks, Input::End)?;
         let poles = builder.graph.poles(&nodes);
         let poles = Breaks::new(&mut builder, &poles, Input::End)?;
-        let kinks = builder.many(&kinks)?;
+        let [of_time, of_state] = of_time_and_state(&builder.graph, &kinks, Input::End);
+        let kinks = [builder.many(&of_time)?, builder.many(&of_state)?];
         let waves: Vec<_> =
             nodes.iter().map(|&force| Wave::new(&mut builder.graph, force)).collect();
         let Builder { graph, frames, .. } = builder;
@@ -185,7 +187,8 @@ impl CustomDrive<f64> {
 }
 
 impl<T: Scalar> CustomDrive<T> {
-    /// The drive in another scalar, with parameters that may depend on their names.
+    /// The drive in another scalar. `f` receives the name and the value of each parameter and
+    /// returns the new value.
     pub fn lift<U: Scalar>(&self, f: impl Fn(&str, T) -> U) -> CustomDrive<U> {
         let parameters = self.parameters().map(|(name, x)| f(name, x)).collect();
         CustomDrive::bind(Arc::clone(&self.shape), parameters)
@@ -207,6 +210,12 @@ impl<T: Scalar> CustomDrive<T> {
 
     fn frame(&self, part: &Part) -> &[T] {
         &self.frames[part.frame.clone()]
+    }
+
+    fn put_kinks(&self, parts: &[Part], q: &[T], t: T, put: &mut dyn FnMut(T)) {
+        for part in parts {
+            part.program.run(self.frame(part), &time_point(q, t), |_, x| put(x));
+        }
     }
 }
 
@@ -254,9 +263,12 @@ impl<T: Scalar> Drive<T> for CustomDrive<T> {
     }
 
     fn kinks(&self, q: &[T], t: T, put: &mut dyn FnMut(T)) {
-        for part in &self.shape.kinks {
-            part.program.run(self.frame(part), &time_point(q, t), |_, x| put(x));
-        }
+        self.put_kinks(&self.shape.kinks[0], q, t, put);
+        self.kinks_of_state(q, t, put);
+    }
+
+    fn kinks_of_state(&self, q: &[T], t: T, put: &mut dyn FnMut(T)) {
+        self.put_kinks(&self.shape.kinks[1], q, t, put);
     }
 
     fn may_be_singular(&self) -> bool {

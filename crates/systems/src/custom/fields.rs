@@ -179,7 +179,15 @@ impl<T: Scalar> System<T> for Custom<T> {
     /// The arguments of each |x|, √x and ln x in ∂V/∂q_j and D_j.
     fn kinks(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
         let point = Point::new(q, p, &[]);
-        for part in &self.shape.kinks {
+        for part in &self.shape.kinks[0] {
+            part.program.run(self.frame(part), &point, |_, x| put(x));
+        }
+        self.kinks_of_state(q, p, put);
+    }
+
+    fn kinks_of_state(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
+        let point = Point::new(q, p, &[]);
+        for part in &self.shape.kinks[1] {
             part.program.run(self.frame(part), &point, |_, x| put(x));
         }
     }

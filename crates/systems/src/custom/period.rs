@@ -45,7 +45,7 @@ impl Dependence {
     fn product(self, other: Self) -> Self {
         let alternate = [self, other].iter().all(|x| matches!(x, Self::Alternating(_)));
         match common(self, other) {
-            // In half a period of the base each factor goes through so many halves of its own.
+            // Half a period of the base is this number of half periods of each factor.
             Some((base, halves)) if alternate => {
                 let stays = (halves[0] + halves[1]) % 2.0 == 0.0;
                 if stays { Self::Periodic(2.0 * base) } else { Self::Alternating(base) }
@@ -148,9 +148,10 @@ pub fn whole_multiples(ratio: f64, tolerance: f64) -> Option<[f64; 2]> {
 }
 
 impl Custom<f64> {
-    /// The period of each coordinate, if the form shows one: all ∂V/∂q_i and D_i are the same at q_j
-    /// and at q_j plus the period. q_j then occurs only in sines and cosines of linear forms, whose
-    /// frequencies are multiples of one. V may contain a multiple of q_j as well.
+    /// The period of each coordinate, in its unit, if the form shows one: all ∂V/∂q_i and D_i are
+    /// the same at q_j and at q_j plus the period. q_j then occurs only in sines and cosines of
+    /// linear forms, whose frequencies are multiples of one. V may contain a multiple of q_j as
+    /// well.
     pub fn periods(&self) -> Vec<Option<f64>> {
         let shape = &self.shape;
         periods(&shape.graph, &shape.fields, shape.dof, &self.parameters)

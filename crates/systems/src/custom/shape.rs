@@ -1,7 +1,7 @@
 //! The part of a described system that does not depend on parameters: its programs and its
 //! structure.
 
-use super::breaks::Breaks;
+use super::breaks::{Breaks, of_time_and_state};
 use super::description::Reading;
 use super::failure::{CustomError, Place};
 use super::members::{Members, along};
@@ -81,8 +81,9 @@ pub(super) struct Shape {
     pub(super) curvature: Vec<Part>,
     pub(super) entries: Vec<(Block, usize, usize)>,
     /// The functions at whose zeros ∂V/∂q_j or D_j may not be analytic.
-    pub(super) kinks: Vec<Part>,
-    /// Those of them that depend on the time alone, if it is a coordinate.
+    /// First those that depend on the time alone, if it is a coordinate, then the others.
+    pub(super) kinks: [Vec<Part>; 2],
+    /// The instants that the first of these give.
     pub(super) breaks: Option<Breaks>,
     pub(super) structure: Structure,
     /// The laws of its members, if it is a chain or a ring of equal ones.
@@ -112,7 +113,11 @@ impl Shape {
         let members = members.filter(|members| members.coupling() == structure.coupling);
         let clock = has_clock.then(|| coordinate(dof - 1));
         let breaks = clock.map(|clock| Breaks::new(&mut builder, &kinks, clock)).transpose()?;
-        let kinks = builder.many(&kinks)?;
+        let [of_time, of_state] = match clock {
+            Some(clock) => of_time_and_state(&builder.graph, &kinks, clock),
+            None => [Vec::new(), kinks],
+        };
+        let kinks = [builder.many(&of_time)?, builder.many(&of_state)?];
         let dissipation_kernel =
             builder.dissipation_kernel(&structure, &local_dissipations, &dissipations)?;
         let matrix = passive::matrix(&mut builder.graph, &dissipations);

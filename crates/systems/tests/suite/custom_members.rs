@@ -23,7 +23,8 @@ fn system(potential: &str, dissipation: &str, mass: &str) -> Custom<f64> {
 const EQUAL: [(&str, &str, &str, bool); 9] = [
     ("sum(i, 1, n-1, exp(q[i+1] - q[i]) - (q[i+1] - q[i]) - 1)", "0.1*p[i]", "1", false),
     (
-        "q1^2/2 + q1^4/8 + q[n]^2/2 + q[n]^4/8 + sum(i, 1, n-1, (q[i+1] - q[i])^2/2 + (q[i+1] - q[i])^4/8)",
+        "q1^2/2 + q1^4/8 + q[n]^2/2 + q[n]^4/8 \
+         + sum(i, 1, n-1, (q[i+1] - q[i])^2/2 + (q[i+1] - q[i])^4/8)",
         "0.1*p[i]",
         "2",
         false,

@@ -145,6 +145,19 @@ fn breaks(force: &str, end: f64) -> Vec<f64> {
 }
 
 #[test]
+fn kinks_of_the_time_are_not_those_of_the_state() {
+    for (force, expected) in
+        [("sign(t - 1.25)", [1, 0]), ("abs(q1 - t)", [1, 1]), ("cos(t)", [0; 2])]
+    {
+        let (drive, _) = drive(&[&format!("{force} + 0*f*omega")]).unwrap();
+        let (mut all, mut of_state) = (0, 0);
+        Drive::<f64>::kinks(&drive, &[0.3], 0.2, &mut |_| all += 1);
+        Drive::<f64>::kinks_of_state(&drive, &[0.3], 0.2, &mut |_| of_state += 1);
+        assert_eq!([all, of_state], expected, "{force}");
+    }
+}
+
+#[test]
 fn steps_end_where_a_force_jumps_or_has_a_kink_in_time() {
     use std::f64::consts::{FRAC_PI_2, PI};
     for (force, expected) in [

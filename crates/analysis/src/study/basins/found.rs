@@ -17,8 +17,8 @@ pub(super) const SEEN: usize = LONGEST_CYCLE + 2 * (LONGEST_CYCLE + MORE);
 /// The distance below which repeated states are one but for roundings.
 const ROUNDINGS: f64 = 1e-10;
 /// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] or of
-/// the extent of the cycle, whichever is less. A choice: other runs are then told to be near the
-/// same cycle.
+/// the extent of the cycle, whichever is less. A choice: other runs then count as near the same
+/// cycle.
 const TO_GO: f64 = 0.1;
 /// The returns that show an attractor without a period.
 pub(super) const FILLING: u64 = 4000;
@@ -30,6 +30,16 @@ pub(super) enum Shown {
     /// A motion that does not rest, by a state on it and its extents. Its [`Path`] is the
     /// attractor.
     Motion { from: Vec<f64>, extents: Vec<f64> },
+}
+
+/// What a run has shown until its end.
+pub(super) struct Ended {
+    /// The known attractor that it has reached.
+    pub(super) reached: Option<usize>,
+    /// The number of its returns.
+    pub(super) returns: u64,
+    /// Its motion, if it has settled.
+    pub(super) shown: Option<Shown>,
 }
 
 /// Follows a run until it repeats, or fills the boxes of an attractor without a period.
@@ -140,9 +150,8 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
         now < before && to_go <= TO_GO * extent.min(NEAR)
     }
 
-    /// The known attractor that the run has reached, its returns, and what it shows, if it has
-    /// settled.
-    pub(super) fn ended(self) -> (Option<usize>, u64, Option<Shown>) {
+    /// What the run has shown.
+    pub(super) fn ended(self) -> Ended {
         let Self { nearby, last, paths, period, filling, filled, halves, .. } = self;
         let metric = nearby.metric;
         let ranges = |returns: usize| {
@@ -165,6 +174,6 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
             }
             _ => Known::of_points(metric, filling, &filled).map(Shown::Known),
         };
-        (nearby.reached, nearby.returns, shown)
+        Ended { reached: nearby.reached, returns: nearby.returns, shown }
     }
 }

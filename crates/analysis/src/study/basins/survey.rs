@@ -1,6 +1,6 @@
 //! The search for the attractors and their basins.
 
-use super::found::{Found, Shown};
+use super::found::{Ended, Found, Shown};
 use super::known::{Known, Nearby};
 use super::map::{BasinMap, Cell};
 use super::path::Path;
@@ -123,9 +123,11 @@ impl<'a> Survey<'a> {
         } else {
             self.look::<false>(&open)?
         };
-        for (i, ended) in open.into_iter().zip(ended) {
-            let ended = if self.is_full() { ended } else { self.confirmed(ended)? };
-            self.cells[i] = Some(self.outcome(ended)?);
+        for (i, (ended, ending)) in open.into_iter().zip(ended) {
+            let full = self.is_full();
+            let (ended, ending) =
+                if full { (ended, ending) } else { self.confirmed(ended, ending)? };
+            self.cells[i] = Some(self.outcome(ended, ending)?);
         }
         Ok(())
     }
@@ -133,7 +135,8 @@ impl<'a> Survey<'a> {
     /// The outcome of a run. A new attractor that it shows is added to the others.
     fn outcome(
         &mut self,
-        ((reached, periods, shown), ending): (Ended, Ending),
+        Ended { reached, returns: periods, shown }: Ended,
+        ending: Ending,
     ) -> Result<Cell, InputError> {
         if reached.is_some() || !ending.is_completed() {
             return Ok(Cell { attractor: reached, periods, ending });
@@ -170,10 +173,13 @@ impl<'a> Survey<'a> {
     /// Follows a run that shows a new attractor without a period for longer.
     fn confirmed(
         &self,
-        (mut found, mut ending): (Ended, Ending),
+        mut found: Ended,
+        mut ending: Ending,
     ) -> Result<(Ended, Ending), InputError> {
         for _ in 0..CONFIRMED {
-            let (None, before, Some(Shown::Known(known))) = &found else { break };
+            let Ended { reached: None, returns, shown: Some(Shown::Known(known)) } = &found else {
+                break;
+            };
             if !ending.is_completed() {
                 break;
             }
@@ -183,11 +189,11 @@ impl<'a> Survey<'a> {
             let mut run = self.basins.member_at(last)?;
             // A failure says when it happens.
             let interval = self.basins.section.interval(&run.model).unwrap_or(0.0);
-            run.start.t = *before as f64 * interval;
+            run.start.t = *returns as f64 * interval;
             let run = vec![(run, watch)];
-            let Some((watch, ended)) = self.ensemble.follow(run)?.pop() else { break };
-            let (reached, returns, shown) = watch.ended();
-            (found, ending) = ((reached, before + returns, shown), ended);
+            let Some((watch, new)) = self.ensemble.follow(run)?.pop() else { break };
+            let ended = watch.ended();
+            (found, ending) = (Ended { returns: returns + ended.returns, ..ended }, new);
         }
         Ok((found, ending))
     }
@@ -199,9 +205,6 @@ impl<'a> Survey<'a> {
         Ok(ended.filter(|ended| ended.1.is_completed()).and_then(|(path, _)| path.known()))
     }
 }
-
-/// The known attractor that a run has reached, its returns, and what it shows.
-type Ended = (Option<usize>, u64, Option<Shown>);
 
 impl<const STEPS: bool> Watch for Found<'_, STEPS> {
     fn see(&mut self, n: u64, state: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()> {

@@ -36,15 +36,20 @@ pub(super) fn finish<W: Watch>(job: &mut Job<W>, done: u64) -> Result<(), InputE
         path.see(state);
         ControlFlow::Continue(())
     });
-    match outcome {
-        Err(IntegrateError::Input(error)) => return Err(error),
-        Err(IntegrateError::Run(error)) => job.fail(&error),
-        Err(IntegrateError::Interrupted) | Ok(_) => {}
-    }
-    Ok(())
+    job.take_failure(outcome)
 }
 
 impl<W: Watch> Job<W> {
+    /// Ends the run if its steps have failed.
+    fn take_failure<R>(&mut self, outcome: Result<R, IntegrateError>) -> Result<(), InputError> {
+        match outcome {
+            Err(IntegrateError::Input(error)) => return Err(error),
+            Err(IntegrateError::Run(error)) => self.fail(&error),
+            Err(IntegrateError::Interrupted) | Ok(_) => {}
+        }
+        Ok(())
+    }
+
     /// Begins the next interval of a stroboscopic section.
     pub(super) fn begin_interval(&mut self) {
         self.since += self.state.t;
@@ -80,7 +85,7 @@ fn cross<W: Watch>(
                 let distance = |state: StateRef<'_, f64>| crossing.distance(state, period);
                 let mut there = before.clone();
                 if meets {
-                    there = at_zero(run, h, distance, (&before, last), (now, off));
+                    there = at_zero(run, h, distance, &before, now);
                 } else {
                     copy(now, &mut there);
                 }
@@ -94,15 +99,7 @@ fn cross<W: Watch>(
             }
             path.see(now);
             if missing > MOST_STEPS_BETWEEN {
-                let since = now.t - h * missing as f64;
-                ending = Some(Ending {
-                    outcome: NOT_MET,
-                    failure: Some(format!(
-                        "the section is not met within {MOST_STEPS_BETWEEN} steps after t = \
-                         {since}: the motion does not pass it in this direction, or creeps \
-                         towards a rest; take another section"
-                    )),
-                });
+                ending = Some(not_met(now.t - h * missing as f64));
             } else if missing % STEPS_BETWEEN_LOOKS == 0 && ensemble.progress.stopped() {
                 ending = Some(Ending::interrupted());
             }
@@ -114,12 +111,16 @@ fn cross<W: Watch>(
         }
     };
     job.ending = ending;
-    match outcome {
-        Err(IntegrateError::Input(error)) => return Err(error),
-        Err(IntegrateError::Run(error)) => job.fail(&error),
-        Err(IntegrateError::Interrupted) | Ok(_) => {}
-    }
-    Ok(())
+    job.take_failure(outcome)
+}
+
+/// The ending of a run that has not met its section since the time `since`.
+fn not_met(since: f64) -> Ending {
+    let failure = format!(
+        "the section is not met within {MOST_STEPS_BETWEEN} steps after t = {since}: the motion \
+         does not pass it in this direction, or creeps towards a rest; take another section"
+    );
+    Ending { outcome: NOT_MET, failure: Some(failure) }
 }
 
 /// The word of a run that does not return to its section.

@@ -13,6 +13,12 @@ const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
 
 /// The motion since the last return, in parts of equally many steps. Near a rest at q ≠ 0 the
 /// roundings of q keep the momentum where it is, and a section that it would cross is never met.
+///
+/// This ends a search, so that it must be sure: only coordinates that move by roundings stand
+/// still, whatever the size of the motion. [`Motion::is_rest_beside`] judges a run that is over:
+/// there a motion also rests that has faded to a small share of that of all runs.
+///
+/// [`Motion::is_rest_beside`]: crate::study::motion::Motion::is_rest_beside
 pub(super) struct Standstill {
     /// The steps of a part.
     steps: u64,

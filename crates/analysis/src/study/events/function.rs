@@ -56,7 +56,8 @@ impl Function {
         }
     }
 
-    /// The expression, compiled with the parameters of a model.
+    /// The expression, compiled with the parameters of a model; none for a function that is no
+    /// expression. The error says where the expression is not one of the system.
     pub fn compiled(
         &self,
         model: &Model,

@@ -7,7 +7,7 @@ use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::outcome::{Ending, INTERRUPTED};
 use crate::study::trajectory::{Balance, Keep, KeptState, Legs, TrajectoryRow, of_run};
-use crate::study::trajectory::{SINGLE_STEPS, Steps};
+use crate::study::trajectory::{Steps, steps_of_leg};
 use afterbay_core::{
     Abilities, Event, EventState, Grid, IntegrateError, StateRef, Tolerance, integrate_with_events,
 };
@@ -15,15 +15,28 @@ use afterbay_methods::registry::Row;
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
+/// A run with events.
+#[derive(Clone, Copy, Debug)]
+pub struct EventRun<'a> {
+    /// The problem.
+    pub problem: &'a Problem,
+    /// The method.
+    pub row: &'static Row,
+    /// The steps or the tolerance, and the states that are kept.
+    pub steps: Steps,
+    /// The events that are looked for.
+    pub events: &'a [EventPlan],
+}
+
 /// Computes the next leg of a run, and appends the events that it finds.
 ///
 /// # Errors
 /// As for [`run`](super::run).
 pub fn advance(
     legs: &mut Legs,
-    (problem, row): (&Problem, &'static Row),
-    (Steps { h, every, tolerance }, events): (Steps, &[EventPlan]),
-    (keep, found): (Keep<'_>, &mut Vec<EventRow>),
+    EventRun { problem, row, steps: Steps { h, every, tolerance }, events }: EventRun<'_>,
+    keep: Keep<'_>,
+    found: &mut Vec<EventRow>,
     progress: &dyn Progress,
 ) -> Result<(), IntegrateError> {
     let Some(state) = legs.state.take() else { return Ok(()) };
@@ -38,26 +51,12 @@ pub fn advance(
     let (record, system): (Record<'_>, _) = (&record, &*system);
     let last = Cell::new(f64::NEG_INFINITY);
     let mut events = Events { events, system, record, found, last: &last, stopped: false };
-    let leg = (SINGLE_STEPS / state.q.len() as u64).max(1);
-    let kept = if begin > 0 && begin.is_multiple_of(every) { state.t } else { f64::NAN };
+    let span = Span { grid, begin, every, least: steps_of_leg(&state) };
+    let kept = (begin > 0 && begin.is_multiple_of(every)).then_some(state.t);
     let (piece, done, last, leg_ends) = (Piece::new(progress), begin, &last, false);
     let (balance, dof) = (&mut legs.balance, model.degrees());
-    let mut walk = Walk {
-        grid,
-        begin,
-        every,
-        leg,
-        record,
-        keep,
-        balance,
-        system,
-        dof,
-        last,
-        piece,
-        done,
-        kept,
-        leg_ends,
-    };
+    let mut walk =
+        Walk { span, record, keep, balance, system, dof, last, piece, done, kept, leg_ends };
     let mut happen = |i: usize, state: EventState<'_>| events.happen(i, state);
     let mut observe = |n: u64, state: StateRef<'_, f64>| walk.observe(n, state, progress);
     let rest = Grid { steps: grid.steps - begin, ..grid };
@@ -77,7 +76,7 @@ pub fn advance(
     if let Err(IntegrateError::Input(error)) = result {
         return Err(error.into());
     }
-    if kept != state.t {
+    if kept != Some(state.t) {
         balance.see(system, state.state_ref(), dof);
         // The run is over, whether or not the row can be written.
         let _ = keep(record(done, state.state_ref()));
@@ -144,13 +143,21 @@ impl Events<'_> {
 }
 
 /// The steps of a leg.
-struct Walk<'a> {
+#[derive(Clone, Copy)]
+struct Span {
+    /// The steps of the whole run.
     grid: Grid<f64>,
     /// The number of steps before the leg.
     begin: u64,
+    /// The number of steps between two states that are kept.
     every: u64,
     /// The least number of steps of the leg.
-    leg: u64,
+    least: u64,
+}
+
+/// The observer of a leg.
+struct Walk<'a> {
+    span: Span,
     record: Record<'a>,
     keep: Keep<'a>,
     balance: &'a mut Balance,
@@ -163,7 +170,7 @@ struct Walk<'a> {
     /// The number of steps since the start of the run.
     done: u64,
     /// The time of the last state that was kept.
-    kept: f64,
+    kept: Option<f64>,
     /// Whether the leg ends here and the run goes on.
     leg_ends: bool,
 }
@@ -176,22 +183,22 @@ impl Walk<'_> {
         state: StateRef<'_, f64>,
         progress: &dyn Progress,
     ) -> ControlFlow<()> {
-        let (h, all) = (self.grid.h, self.grid.steps);
-        self.done = self.begin + n;
-        self.piece.reach(self.done, all);
+        let Span { grid: Grid { h, steps: all }, begin, every, least } = self.span;
+        self.done = begin + n;
+        self.piece.report(self.done, all);
         self.balance.see(self.system, state, self.dof);
         let mut goes_on = true;
-        let is_new = n > 0 || self.begin == 0;
-        if is_new && (self.done.is_multiple_of(self.every) || self.done == all) {
+        let is_new = n > 0 || begin == 0;
+        if is_new && (self.done.is_multiple_of(every) || self.done == all) {
             // The times are those of one grid, whatever the legs.
             let at = StateRef { t: self.done as f64 * h, ..state };
             goes_on = (self.keep)((self.record)(self.done, at)).is_continue();
-            self.kept = state.t;
+            self.kept = Some(state.t);
         }
         goes_on = goes_on && !progress.stopped();
         // A new leg does not know on which side of zero an event has left its function.
         let is_clear = self.last.get() <= state.t - h;
-        self.leg_ends = goes_on && n >= self.leg && is_clear && self.done < all;
+        self.leg_ends = goes_on && n >= least && is_clear && self.done < all;
         if goes_on && !self.leg_ends { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 }

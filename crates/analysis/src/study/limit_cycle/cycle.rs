@@ -49,6 +49,11 @@ impl Determinant {
     }
 }
 
+/// The distance of a multiplier from 1.
+fn off([re, im]: &Complex) -> f64 {
+    (re - 1.0).hypot(*im)
+}
+
 /// A cycle of a method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cycle {
@@ -101,12 +106,21 @@ impl Cycle {
     /// along the cycle: the nearest to 1.
     pub fn nontrivial(&self) -> Vec<Complex> {
         let mut all = self.multipliers.clone();
-        if self.multiple.is_none() {
-            let off = |[re, im]: &Complex| (re - 1.0).hypot(*im);
-            let nearest = (0..all.len()).min_by(|&a, &b| off(&all[a]).total_cmp(&off(&all[b])));
-            nearest.map(|nearest| all.remove(nearest));
-        }
+        self.trivial().map(|nearest| all.remove(nearest));
         all
+    }
+
+    /// The distance from 1 of the multiplier along a cycle without a drive, which is 1 for a
+    /// solution of the equations of motion.
+    pub fn off_along(&self) -> Option<f64> {
+        self.trivial().map(|nearest| off(&self.multipliers[nearest]))
+    }
+
+    /// The index of the multiplier along a cycle without a drive.
+    fn trivial(&self) -> Option<usize> {
+        let all = &self.multipliers;
+        let nearest = (0..all.len()).min_by(|&a, &b| off(&all[a]).total_cmp(&off(&all[b])));
+        nearest.filter(|_| self.multiple.is_none())
     }
 
     /// A multiplier, if it is not lost in the roundings of the largest.
@@ -193,8 +207,8 @@ fn amplitude(
         for j in 0..n {
             widen(j, after.state_ref());
             if last[j] * now[j] < 0.0 {
-                let ends = ((&before, last[j]), (after.state_ref(), now[j]));
-                let turn = at_zero(&run, h, |state| velocities(state)[j], ends.0, ends.1);
+                let velocity = |state: StateRef<'_, f64>| velocities(state)[j];
+                let turn = at_zero(&run, h, velocity, &before, after.state_ref());
                 widen(j, turn.state_ref());
             }
         }
@@ -239,6 +253,8 @@ mod tests {
         };
         assert_eq!(cycle(None).nontrivial(), [[-1.2, 0.0], [0.3, 0.0]]);
         assert_eq!(cycle(Some(1)).nontrivial().len(), 3);
+        assert!((cycle(None).off_along().unwrap() - 1e-9).abs() < 1e-15);
+        assert_eq!(cycle(Some(1)).off_along(), None);
         assert!(!cycle(None).is_stable());
     }
 

@@ -38,7 +38,8 @@ pub(super) struct Guess {
     pub(super) multiple: Option<u64>,
 }
 
-/// The guess from a run of a method with steps of nearly h, after a transient.
+/// The guess from a run of a method with steps of nearly h, after a transient. `multiple` is the
+/// number of periods of the drive in that of the cycle, if it is known.
 ///
 /// # Errors
 /// The failure of a step, and the reasons for which there is no guess.
@@ -46,7 +47,8 @@ pub(super) fn guess(
     problem: &Problem,
     row: &'static Row,
     h: f64,
-    (transient, multiple): (f64, Option<u64>),
+    transient: f64,
+    multiple: Option<u64>,
     progress: &dyn Progress,
 ) -> Result<Guess, CycleFailure> {
     if !(transient > 0.0 && transient.is_finite()) {
@@ -59,7 +61,7 @@ pub(super) fn guess(
     if model.motors().is_empty() {
         walk.free(&model.bind(row)?, h, transient)
     } else {
-        walk.driven(model, h, (transient, multiple))
+        walk.driven(model, h, transient, multiple)
     }
 }
 
@@ -83,7 +85,8 @@ impl Walk<'_> {
         mut self,
         model: &Model,
         h: f64,
-        (transient, multiple): (f64, Option<u64>),
+        transient: f64,
+        multiple: Option<u64>,
     ) -> Result<Guess, CycleFailure> {
         let grid = Section::Stroboscopic { interval: None }.grid(model, h)?;
         let period = grid.h * grid.steps as f64;
@@ -180,7 +183,7 @@ impl Walk<'_> {
                 && height >= 0.0
             {
                 let of = |state: StateRef<'_, f64>| plane.height(normal, state);
-                let there = at_zero(within, h, of, (&last, below), (state, height));
+                let there = at_zero(within, h, of, &last, state);
                 let distance = motion.metric(&periods).largest(&plane.off(there.state_ref()));
                 closest = closest.min(distance);
                 if distance <= CLOSE {

@@ -81,8 +81,7 @@ fn returns(shooting: &Shooting<'_>, solved: &Solved) -> Result<Vec<f64>, CycleFa
     for k in 2..(LATEST * shooting.steps as f64).ceil() as usize {
         let after = node(k);
         if before.1 < 0.0 && after.1 >= 0.0 {
-            let ends = ((&before.0, before.1), (after.0.state_ref(), after.1));
-            let there = at_zero(&run, h, height, ends.0, ends.1);
+            let there = at_zero(&run, h, height, &before.0, after.0.state_ref());
             if metric.largest(&off(there.state_ref())) <= NEAR {
                 found.push(there.t);
             }

@@ -137,19 +137,19 @@ impl Followed {
         let span = Span { begin: self.done, end: to, completes, window, stride, h: setup.h };
         let mut piece = Piece::several(progress, starts.len());
         let last = ends.last().copied().unwrap_or(0);
-        let mut reach = |step: u64| piece.reach(step, last);
+        let mut report = |step: u64| piece.report(step, last);
         // A leg counts once every run has finished it.
         let mut next = self.clone();
         let beside = match self.alone {
             true => Beside::Apart,
-            false => next.together(starts, setup, span, &mut reach, progress)?,
+            false => next.together(starts, setup, span, &mut report, progress)?,
         };
         let mut finished = matches!(beside, Beside::Finished);
         if matches!(beside, Beside::Apart) {
             next.alone = true;
             finished = true;
             for (run, start) in next.runs.iter_mut().zip(starts) {
-                finished = finished && run.advance(start, setup, span, &mut reach, progress)?;
+                finished = finished && run.advance(start, setup, span, &mut report, progress)?;
             }
         }
         if finished {
@@ -166,13 +166,13 @@ impl Followed {
         starts: &[Problem],
         setup: &Setup,
         span: Span,
-        reach: &mut dyn FnMut(u64),
+        report: &mut dyn FnMut(u64),
         progress: &dyn Progress,
     ) -> Result<Beside, IntegrateError> {
         if starts.len() > 1
             && let Some(method) = lanes(&starts[0], setup)?
         {
-            return self.beside(&method, starts, span, reach, progress);
+            return self.beside(&method, starts, span, report, progress);
         }
         Ok(Beside::Apart)
     }
@@ -182,7 +182,7 @@ impl Followed {
         method: &Run<f64x8>,
         starts: &[Problem],
         span: Span,
-        reach: &mut dyn FnMut(u64),
+        report: &mut dyn FnMut(u64),
         progress: &dyn Progress,
     ) -> Result<Beside, IntegrateError> {
         let states: Option<Vec<_>> = self.runs.iter().map(|run| run.state.as_ref()).collect();
@@ -203,7 +203,7 @@ impl Followed {
                 samples.see(&*exact, &lifted(state, |x: f64x8| x.lane(k)), initial);
             }
         };
-        let result = leg(method, span, (&mut state, &mut remainder), reach, progress, &mut see);
+        let result = leg(method, span, &mut state, &mut remainder, report, progress, &mut see);
         if progress.stopped() {
             return Ok(Beside::Stopped);
         }
@@ -226,7 +226,7 @@ impl FollowedRun {
         start: &Problem,
         setup: &Setup,
         span: Span,
-        reach: &mut dyn FnMut(u64),
+        report: &mut dyn FnMut(u64),
         progress: &dyn Progress,
     ) -> Result<bool, IntegrateError> {
         let Some([q, p, w, mut remainder]) = self.state.clone() else { return Ok(true) };
@@ -239,7 +239,7 @@ impl FollowedRun {
         let mut see = |state: StateRef<'_, f64>| {
             samples.see(&*exact, &lifted(state, |x| x), initial);
         };
-        let result = leg(&method, span, (&mut state, &mut remainder), reach, progress, &mut see);
+        let result = leg(&method, span, &mut state, &mut remainder, report, progress, &mut see);
         if progress.stopped() {
             return Ok(false);
         }
@@ -292,8 +292,9 @@ fn initial(starts: &[Problem], exact: &dyn System<Quad>) -> Result<Vec<Quad>, In
 fn leg<T: Scalar>(
     method: &Run<T>,
     Span { begin, end, window, stride, h, .. }: Span,
-    (state, remainder): (&mut State<Vec<T>>, &mut [T]),
-    reach: &mut dyn FnMut(u64),
+    state: &mut State<Vec<T>>,
+    remainder: &mut [T],
+    report: &mut dyn FnMut(u64),
     progress: &dyn Progress,
     see: &mut dyn FnMut(StateRef<'_, T>),
 ) -> Result<(), IntegrateError> {
@@ -301,7 +302,7 @@ fn leg<T: Scalar>(
     let first = of_window.next_multiple_of(stride) - of_window;
     let part = Part { grid: Grid::<T>::of(h, end - begin)?, first, stride, remainder };
     let result = method.run_part(part, state, &mut |step, state| {
-        reach(begin + step);
+        report(begin + step);
         // The state at the start of a leg was sampled at the end of the one before.
         if step > 0 {
             see(state);

@@ -19,8 +19,8 @@ pub(super) enum Stop {
 }
 
 impl Stop {
-    /// This failure, with the number of its step and its time counted from where the run began:
-    /// it is told of a run that began after `steps` steps.
+    /// This failure, with the number of its step counted from the start of the run. It is that of a
+    /// part of the run which began after `steps` steps.
     pub(super) fn after(self, steps: u64) -> Self {
         match self {
             Self::Run(IntegrateError::Run(error)) => {
@@ -57,14 +57,14 @@ pub(super) struct Growth {
     pub(super) divergence: Option<f64>,
     /// The largest difference of each entry of (q, p) from where the measurement begins, an angle
     /// less its whole turns.
-    pub(super) reach: Vec<f64>,
+    pub(super) farthest: Vec<f64>,
 }
 
 impl Growth {
     /// No steps, with `size` tangent vectors.
     pub(super) fn new(size: usize) -> Self {
-        let [logs, reach] = [(); 2].map(|()| vec![0.0; size]);
-        Self { steps: 0, logs, log_det: 0.0, divergence: Some(0.0), reach }
+        let [logs, farthest] = [(); 2].map(|()| vec![0.0; size]);
+        Self { steps: 0, logs, log_det: 0.0, divergence: Some(0.0), farthest }
     }
 }
 
@@ -92,7 +92,8 @@ impl Frame {
     /// [`Stop`]; the vectors and the sums are then unchanged.
     pub(super) fn step(
         &mut self,
-        (tangent, divergence): (&Tangent, &Divergence),
+        tangent: &Tangent,
+        divergence: &Divergence,
         h: f64,
         from: StateRef<'_, f64>,
         growth: &mut Growth,

@@ -34,10 +34,12 @@ pub(super) struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
+    /// A run that will take `all` steps of size h.
     pub(super) fn new(
         problem: &Problem,
         row: &'static Row,
-        (h, all): (f64, u64),
+        h: f64,
+        all: u64,
         progress: &'a dyn Progress,
     ) -> Result<Self, InputError> {
         let (model, state) = (&problem.model, problem.start()?);
@@ -89,18 +91,20 @@ impl<'a> Walk<'a> {
             (Grid { h: *h, steps }, if growth.is_some() { 1 } else { STEPS_BETWEEN_LOOKS });
         let mut broken = Ok(());
         let result = run.run(grid, state, stride, &mut |step, state| {
-            piece.reach(*done + step, *all);
+            piece.report(*done + step, *all);
             if let Some(growth) = &mut growth {
                 let at = point(periods, dof, state).concat();
                 let off = difference(periods, from, &at).map(f64::abs);
-                growth.reach.iter_mut().zip(off).for_each(|(reach, off)| *reach = reach.max(off));
+                for (farthest, off) in growth.farthest.iter_mut().zip(off) {
+                    *farthest = farthest.max(off);
+                }
             }
             broken = match &mut growth {
                 _ if step % STEPS_BETWEEN_LOOKS == 0 && progress.stopped() => {
                     Err(Stop::Run(IntegrateError::Interrupted))
                 }
                 Some(growth) if step < steps => frame
-                    .step((tangent, divergence), grid.h, state, growth)
+                    .step(tangent, divergence, grid.h, state, growth)
                     .map_err(|stop| stop.after(step)),
                 _ => Ok(()),
             };

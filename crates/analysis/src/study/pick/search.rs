@@ -83,7 +83,7 @@ impl<'a> Search<'a> {
         let trial = self.bench.run(setting)?;
         // The number of trials to come is unknown, so progress is measured by the time spent.
         let time = self.started.elapsed().min(MOST_SEARCH_TIME.mul_f64(0.9)).as_millis() as u64;
-        self.piece.reach(time, MOST_SEARCH_TIME.as_millis() as u64);
+        self.piece.report(time, MOST_SEARCH_TIME.as_millis() as u64);
         if !self.bench.progress.stopped() {
             self.order.push(setting.key());
             self.tried.insert(setting.key(), trial.clone());

@@ -83,7 +83,7 @@ pub(super) fn judge(
         // Series end at a kink. Only the doubt of the substitute reference is known then.
         _ => return Ok(by_doubt),
     };
-    let by_rounding = by_rounding((&one, &other), (sizes, &problem.model.motors()), wanted);
+    let by_rounding = by_rounding(&one, &other, sizes, &problem.model.motors(), wanted);
     Ok(by_rounding.or(by_doubt))
 }
 
@@ -102,8 +102,10 @@ fn changed(start: &State<Vec<Quad>>, n: usize, [q, p, _]: [f64; 3]) -> State<Vec
 /// distances of q, of p and of w are shares of their sizes. A kind that is 0 all along does not
 /// count.
 fn by_rounding(
-    (one, other): (&Solution<Quad>, &Solution<Quad>),
-    (sizes, motors): ([f64; 3], &Motors),
+    one: &Solution<Quad>,
+    other: &Solution<Quad>,
+    sizes: [f64; 3],
+    motors: &Motors,
     wanted: Wanted,
 ) -> Option<TooSensitive> {
     let (mut least, mut largest, mut found) = (1.0_f64, [0.0_f64; 3], [0.0; 2]);

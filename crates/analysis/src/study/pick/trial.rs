@@ -9,8 +9,8 @@ use crate::solution::{accounts, distance};
 use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::watch::Watch;
-use crate::study::work_precision::{ended, setting_in_words};
-use afterbay_core::{Abilities, Effort, IntegrateError, Motors, State, StateRef, larger_or_nan};
+use crate::study::work_precision::{Ended, ended, setting_in_words};
+use afterbay_core::{Abilities, IntegrateError, Motors, State, StateRef, larger_or_nan};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -199,20 +199,17 @@ impl<'a> Bench<'a> {
         let (row, setting) = (choice.row(), choice.setting(problem.end)?);
         let look = &mut |step: u64, state: StateRef<'_, f64>| run.see(step, state);
         let result = problem.model.bind(row)?.run(setting, &mut state, 1, look);
-        let (ending, h, tolerance) = ended(&result, setting, run.watch.steps, &state, problem.end)?;
-        let effort = result.ok().map(|statistics| statistics.effort);
-        Ok(self.judged(run, row.name, (h, tolerance), (ending, effort), &state))
+        let ended = ended(&result, setting, run.watch.steps, &state, problem.end)?;
+        Ok(self.judged(run, row.name, ended, &state))
     }
 
     fn judged(
         &self,
         mut run: Comparison<'_>,
         method: &'static str,
-        (h, tolerance): (f64, Option<f64>),
-        (ending, effort): (Ending, Option<Effort>),
+        Ended { ending, h, tolerance, effort }: Ended,
         state: &State<Vec<f64>>,
     ) -> Trial {
-        let effort = effort.filter(|_| ending.is_completed());
         let at_end = effort.map(|_| {
             let exact = self.dense.end();
             let exact = [exact.q, exact.p, exact.w].concat();

@@ -48,7 +48,7 @@ pub(super) fn by_runs(
             continue;
         }
         for tolerance in TOLERANCES {
-            match by_tolerance(problem, name, tolerance, (h, count), progress) {
+            match by_tolerance(problem, name, tolerance, h, count, progress) {
                 Ok(found) => others.push(found),
                 Err(IntegrateError::Interrupted) => return Err(IntegrateError::Interrupted),
                 // A run that fails is no reference, but the others may be.
@@ -90,7 +90,7 @@ pub(super) fn checked<T: Scalar>(
 }
 
 /// The number of progress reports of one run.
-const TOLD: u64 = 200;
+const REPORTS: u64 = 200;
 
 /// A run of increment-8 with the step halved until the result no longer changes, and whether this
 /// was reached. The doubt is the difference of the last two runs, since halving the step of a
@@ -112,9 +112,9 @@ fn halved(
         let grid = Grid::<f64>::of(h / parts as f64, count as u64 * parts)?;
         // Of all runs, were this the last; there are two at least.
         let (before, all) = (parts - first, (2 * parts).max(4 * first) - first);
-        let told = (count as u64).div_ceil(TOLD) * parts;
+        let between_reports = (count as u64).div_ceil(REPORTS) * parts;
         run.run(grid, &mut problem.start()?, 1, &mut |step, state| {
-            if step % told == 0 {
+            if step % between_reports == 0 {
                 let share = before as f64 + step as f64 / count as f64;
                 progress.reference(share / all as f64);
             }
@@ -157,12 +157,14 @@ fn halved(
     }
 }
 
-/// A run of a method that takes a tolerance, from each of the times to the next.
+/// A run of a method that takes a tolerance, from each of the times `i h`, i = 0..=count, to the
+/// next.
 fn by_tolerance(
     problem: &Problem,
     name: &'static str,
     tolerance: f64,
-    (h, count): (f64, usize),
+    h: f64,
+    count: usize,
     progress: &dyn Progress,
 ) -> Result<Solution<f64>, IntegrateError> {
     let (run, dof) = (problem.model.bind(method(name)?)?, problem.model.dof());

@@ -4,7 +4,7 @@ use super::error::MapError;
 use super::image::Image;
 use super::lanes::WIDTH;
 use super::measure::Observations;
-use super::piece::{Place, StabilityRow, Way, cells};
+use super::piece::{Piece, Place, StabilityRow, Way, cells};
 use super::reference::{Batch, Exact, Reference, References, batches, of_start};
 use crate::progress::Progress;
 use crate::study::Problem;
@@ -208,14 +208,10 @@ impl Map<'_> {
             if progress.stopped() || exact.len() < range.len() {
                 return Ok(Vec::new());
             }
-            let rows = cells(
-                self.parameter,
-                methods[i],
-                (self.steps[j], &observations[j]),
-                &places[range.clone()],
-                &exact,
-                (way, progress),
-            )?;
+            let (parameter, row) = (self.parameter, methods[i]);
+            let (h, observations) = (self.steps[j], &observations[j]);
+            let piece = Piece { parameter, row, h, observations, progress };
+            let rows = cells(&piece, &places[range.clone()], &exact, way)?;
             if progress.stopped() {
                 return Ok(Vec::new());
             }

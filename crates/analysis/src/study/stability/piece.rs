@@ -55,14 +55,21 @@ pub(super) enum Way {
     Alone,
 }
 
-/// The cells of a method and a step at up to eight values.
+/// A method and a step, whose cells are those at the values of the parameter.
+pub(super) struct Piece<'a> {
+    pub(super) parameter: &'a str,
+    pub(super) row: &'static Row,
+    pub(super) h: f64,
+    pub(super) observations: &'a Observations,
+    pub(super) progress: &'a dyn Progress,
+}
+
+/// The cells of a piece at up to eight values.
 pub(super) fn cells(
-    parameter: &str,
-    row: &'static Row,
-    (h, observations): (f64, &Observations),
+    &Piece { parameter, row, h, observations, progress }: &Piece<'_>,
     places: &[Place],
     exact: &[&Reference],
-    (way, progress): (Way, &dyn Progress),
+    way: Way,
 ) -> Result<Vec<StabilityRow>, MapError> {
     let runs =
         places.iter().map(|place| place.problem.model.bind(row)).collect::<Result<Vec<_>, _>>()?;

@@ -4,7 +4,7 @@ use super::error::MapError;
 use super::lanes::WIDTH;
 use super::map::{Map, in_order};
 use super::measure::Observations;
-use super::piece::{Place, StabilityRow, Way, cells};
+use super::piece::{Piece, Place, StabilityRow, Way, cells};
 use super::reference::{Batch, batches};
 use crate::progress::Progress;
 use crate::study::cell::{Cell, Study};
@@ -84,12 +84,13 @@ impl Study for Tiles<'_> {
         progress.advance();
         let row = |&(i, at): &(usize, usize)| {
             let j = batch.steps[at];
-            let step = (map.steps[j], &self.observations[j]);
+            let (parameter, row) = (map.parameter, self.methods[i]);
+            let (h, observations) = (map.steps[j], &self.observations[j]);
+            let piece = Piece { parameter, row, h, observations, progress };
             let exact: Vec<_> = exact.iter().map(|of_steps| &of_steps[at]).collect();
-            let way = (Way::Together, progress);
             let found = match progress.stopped() {
                 true => Vec::new(),
-                false => cells(map.parameter, self.methods[i], step, &places, &exact, way)?,
+                false => cells(&piece, &places, &exact, Way::Together)?,
             };
             // The verdicts of runs that were interrupted mean nothing.
             if progress.stopped() {

@@ -124,7 +124,8 @@ impl Verdict {
             | StepFailure::ProjectionFailed { .. }
             | StepFailure::TooLarge { .. }
             | StepFailure::Vanishes { .. }
-            | StepFailure::EventsAccumulate { .. } => Self::NoConvergence,
+            | StepFailure::EventsAccumulate { .. }
+            | StepFailure::KinksAccumulate { .. } => Self::NoConvergence,
         }
     }
 }

@@ -16,7 +16,8 @@ pub struct Balance {
     pub drift: f64,
     /// The least H so far.
     least: Option<f64>,
-    /// The largest rise of H between two states, the first before the second.
+    /// The largest rise of H between two states, the first before the second. A state whose H is
+    /// NaN is left out; the drift is NaN then.
     rise: f64,
     /// The size of H.
     size: f64,

@@ -101,13 +101,14 @@ impl Legs {
         let until = |steps| grid.steps.min(self.done.saturating_add(steps));
         let (result, end) = if row.is_adaptive() {
             let end = until((steps / every).max(1).saturating_mul(every));
-            let leg = LegSteps { grid, every, end };
-            (self.within(problem, row, (leg, tolerance), &mut state, keep, progress)?, end)
+            let leg = LegSteps { grid, every, end, tolerance };
+            (self.within(problem, row, leg, &mut state, keep, progress)?, end)
         } else {
             // Whole blocks of steps, so that w does not depend on the legs.
             let end = until((steps / STEPS_OF_BLOCK).max(1) * STEPS_OF_BLOCK);
-            let leg = LegSteps { grid, every, end };
-            (self.by_steps(problem, row, leg, (&mut state, &mut remainder), keep, progress)?, end)
+            let leg = LegSteps { grid, every, end, tolerance };
+            let state = WithRemainder { state: &mut state, remainder: &mut remainder };
+            (self.by_steps(problem, row, leg, state, keep, progress)?, end)
         };
         self.ending = Ending::of(&result, grid.steps, self.done);
         if result.is_ok() && self.done == end && end < grid.steps {
@@ -124,8 +125,8 @@ impl Legs {
         &mut self,
         problem: &Problem,
         row: &'static Row,
-        LegSteps { grid, every, end }: LegSteps,
-        (state, remainder): (&mut State<Vec<f64>>, &mut [f64]),
+        LegSteps { grid, every, end, .. }: LegSteps,
+        WithRemainder { state, remainder }: WithRemainder<'_>,
         keep: Keep<'_>,
         progress: &dyn Progress,
     ) -> Result<Result<(), IntegrateError>, IntegrateError> {
@@ -143,7 +144,7 @@ impl Legs {
         let part = Part { grid: rest, first: 0, stride: 1, remainder };
         let result = problem.model.bind(row)?.run_part(part, state, &mut |step, state| {
             done = begin + step;
-            piece.reach(done, grid.steps);
+            piece.report(done, grid.steps);
             balance.see(&*system, state, n);
             if done % every == 0 && (done > begin || begin == 0) {
                 stopped = record(done, state).is_break();
@@ -173,7 +174,7 @@ impl Legs {
         &mut self,
         problem: &Problem,
         row: &'static Row,
-        (LegSteps { grid, every, end }, tolerance): (LegSteps, f64),
+        LegSteps { grid, every, end, tolerance }: LegSteps,
         state: &mut State<Vec<f64>>,
         keep: Keep<'_>,
         progress: &dyn Progress,
@@ -188,7 +189,7 @@ impl Legs {
         let (n, balance, mut done) = (problem.model.degrees(), &mut self.balance, begin);
         let mut look = |i: u64, state: StateRef<'_, f64>| {
             done = steps.get(i as usize).copied().unwrap_or(end);
-            piece.reach(done, grid.steps);
+            piece.report(done, grid.steps);
             balance.see(&*system, state, n);
             let kept = match done > begin || begin == 0 {
                 true => keep(TrajectoryRow::of(row.name, done, state, &*system, &problem.model)),
@@ -229,4 +230,12 @@ struct LegSteps {
     grid: Grid<f64>,
     every: u64,
     end: u64,
+    /// That of a method that chooses its steps.
+    tolerance: f64,
+}
+
+/// A state, and the part of w below its rounding ([`Part::remainder`]).
+struct WithRemainder<'a> {
+    state: &'a mut State<Vec<f64>>,
+    remainder: &'a mut [f64],
 }

@@ -1,7 +1,7 @@
 //! States between the steps of a run.
 
 use super::legs::{Keep, KeptState, Legs};
-use super::{Balance, SINGLE_STEPS, Steps, Trajectory, TrajectoryRow};
+use super::{Balance, Steps, Trajectory, TrajectoryRow, steps_of_leg};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::outcome::Ending;
@@ -26,12 +26,13 @@ pub fn dense(
     progress: &dyn Progress,
 ) -> Result<Trajectory, IntegrateError> {
     Trajectory::of_legs(Legs::new(problem, row)?, |legs, keep| {
-        legs.sample(problem, row, (steps, spacing), keep, progress)
+        legs.sample(problem, row, steps, spacing, keep, progress)
     })
 }
 
 impl Legs {
-    /// Computes the next leg of a run whose states are kept as in [`dense`].
+    /// Computes the next leg of a run whose states are kept at the multiples of `spacing`, in the
+    /// unit of time, as in [`dense`].
     ///
     /// # Errors
     /// As for [`dense`].
@@ -39,13 +40,13 @@ impl Legs {
         &mut self,
         problem: &Problem,
         row: &'static Row,
-        (steps, spacing): (Steps, f64),
+        steps: Steps,
+        spacing: f64,
         keep: Keep<'_>,
         progress: &dyn Progress,
     ) -> Result<(), IntegrateError> {
         let Some(state) = self.state.take() else { return Ok(()) };
-        let grid = Grid::<f64>::new(steps.h, problem.end)?;
-        let model = &problem.model;
+        let (model, grid) = (&problem.model, Grid::<f64>::new(steps.h, problem.end)?);
         let (system, bound) = (model.system::<f64>()?, model.bind(row)?);
         let (begin, mut state) = (self.done, state.at(self.done as f64 * grid.h));
         let (dof, balance) = (model.degrees(), &mut self.balance);
@@ -57,29 +58,22 @@ impl Legs {
         self.samples = self.samples.max(1);
         let times = Times { spacing, count: samples(problem.end, spacing) };
         let mut step = bound.stepper(Tolerance::all(steps.tolerance));
-        let leg = (SINGLE_STEPS / state.q.len() as u64).max(1);
-        let end = grid.steps.min(begin.saturating_add(leg));
+        let end = grid.steps.min(begin.saturating_add(steps_of_leg(&state)));
         let (mut piece, mut result) = (Piece::new(progress), Ok(()));
         while self.done < end && !stopped {
             let (n, before) = (self.done + 1, state.clone());
-            let of_step = |error| match error {
-                IntegrateError::Run(RunError { failure, .. }) => {
-                    RunError { step: n, t: before.t, failure }.into()
-                }
-                error => error,
+            let mut advance = || -> Result<bool, IntegrateError> {
+                step(grid.h, &mut state, &mut unwatched)?;
+                (state.t, self.done) = (n as f64 * grid.h, n);
+                piece.report(n, grid.steps);
+                // In the order of time, since a rise of H is one from a state to a later one.
+                let between = &mut |state: StateRef<'_, f64>| keep(n, state, balance);
+                times.keep_between(&before, &state, &mut self.samples, &mut *step, between)
             };
-            if let Err(error) = step(grid.h, &mut state, &mut unwatched) {
-                result = Err(of_step(error));
-                break;
-            }
-            (state.t, self.done) = (n as f64 * grid.h, n);
-            piece.reach(n, grid.steps);
-            // In the order of time, since a rise of H is one from a state to a later one.
-            let between = &mut |state: StateRef<'_, f64>| keep(n, state, balance);
-            match times.keep_between(&before, &state, &mut self.samples, &mut *step, between) {
+            match advance() {
                 Ok(stops) => stopped |= stops,
                 Err(error) => {
-                    result = Err(of_step(error));
+                    result = Err(of_step(n, before.t, error));
                     break;
                 }
             }
@@ -101,6 +95,14 @@ impl Legs {
             progress.advance();
         }
         Ok(())
+    }
+}
+
+/// The error of step n, which begins at t.
+fn of_step(n: u64, t: f64, error: IntegrateError) -> IntegrateError {
+    match error {
+        IntegrateError::Run(RunError { failure, .. }) => RunError { step: n, t, failure }.into(),
+        error => error,
     }
 }
 

@@ -44,9 +44,9 @@ fn with_derivative<T: Scalar>(a: T, b: T, value: T, f: impl Fn(T) -> T) -> Line<
     // On a shorter edge the quotient would be rounding noise. f'/2 replaces it, with f' a
     // difference quotient over the shortest edge. The rounding error of a grows with |a|, while f
     // is assumed to vary over a length of 1: their geometric mean is best.
-    let reach = (a + T::from_f64(SHORTEST_EDGE) * (T::one() + a.abs()).sqrt()) - a;
-    let short = width.abs().lt(reach);
-    let step = T::select(short, reach, width);
+    let shortest = (a + T::from_f64(SHORTEST_EDGE) * (T::one() + a.abs()).sqrt()) - a;
+    let short = width.abs().lt(shortest);
+    let step = T::select(short, shortest, width);
     let rise = (f(a + step) - T::select(short, f(a), value)) / step;
     Line { value, slope: T::select(short, rise.half(), rise) }
 }

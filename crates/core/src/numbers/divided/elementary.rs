@@ -174,8 +174,8 @@ pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
     let near = || {
         let (scale, square) = (sum.recip(), z * z);
         let value = two * scale * series::<T, 11>(square, &INVERSE_ODDS);
-        let bend = z * derivative::<T, 7>(square, &INVERSE_ODDS);
-        let slope = (two + two) * a * scale * scale * scale * bend - value * scale;
+        let of_series = z * derivative::<T, 7>(square, &INVERSE_ODDS);
+        let slope = (two + two) * a * scale * scale * scale * of_series - value * scale;
         Line { value, slope }
     };
     let far = || {
@@ -185,8 +185,8 @@ pub fn ln<T: Scalar>(a: T, b: T) -> Line<T> {
         let value = T::select(least.lt(T::zero()), T::from_f64(f64::NAN), rise);
         Line { value, slope: (one / b - value) / width }
     };
-    let reach = if T::IS_EXTENDED { 0.03 } else { 0.17 };
-    let short = z.abs().lt(T::from_f64(reach));
+    let largest = if T::IS_EXTENDED { 0.03 } else { 0.17 };
+    let short = z.abs().lt(T::from_f64(largest));
     either(short.and(T::zero().lt(least)), near, far)
 }
 
@@ -242,9 +242,10 @@ pub fn tanh<T: Scalar>(a: T, b: T) -> Line<T> {
     let value = T::from_f64(4.0) * scale * spread;
     let slope_b = T::from_f64(4.0) * fall_b / ((one + fall_b) * (one + fall_b));
     let short = width.abs().lt(T::from_f64(1e-4));
-    let bend = T::select(b.lt(zero), slope_b, -slope_b) * (one - fall_b) / (one + fall_b);
+    // Half the second derivative of tanh.
+    let near = T::select(b.lt(zero), slope_b, -slope_b) * (one - fall_b) / (one + fall_b);
     let far = (slope_b - value) / T::select(short, one, width);
-    Line { value, slope: T::select(short, bend, far) }
+    Line { value, slope: T::select(short, near, far) }
 }
 
 /// √[a, b], given √a and √b; infinite if both are 0.
@@ -259,11 +260,11 @@ pub fn sqrt<T: Scalar>(a: T, b: T) -> Line<T> {
 pub fn abs<T: Scalar>(a: T, b: T) -> Line<T> {
     let (zero, one, width) = (T::zero(), T::one(), b - a);
     let sizes = a.abs() + b.abs();
-    let rest = sizes.le(zero);
-    let value = T::select(rest, zero, (a + b) / T::select(rest, one, sizes));
+    let both_zero = sizes.le(zero);
+    let value = T::select(both_zero, zero, (a + b) / T::select(both_zero, one, sizes));
     let sign = T::select(b.lt(zero), -one, one);
-    let still = width.abs().le(zero);
-    let slope = T::select(still, zero, (sign - value) / T::select(still, one, width));
+    let is_point = width.abs().le(zero);
+    let slope = T::select(is_point, zero, (sign - value) / T::select(is_point, one, width));
     Line { value, slope }
 }
 
@@ -272,23 +273,26 @@ pub fn abs<T: Scalar>(a: T, b: T) -> Line<T> {
 pub fn atan<T: Scalar>(a: T, b: T) -> Line<T> {
     let (zero, one, width) = (T::zero(), T::one(), b - a);
     // The tangent of the difference of the angles is d/(1 + a b).
-    let share = a.mul_add(b, one);
+    let denominator = a.mul_add(b, one);
     let near = || {
-        let x = width / share;
-        let (square, scale) = (-(x * x), share.recip());
+        let x = width / denominator;
+        let (square, scale) = (-(x * x), denominator.recip());
         let value = series::<T, 7>(square, &INVERSE_ODDS);
-        let bend = -(x * derivative::<T, 7>(square, &INVERSE_ODDS));
-        let by_share = a.mul_add(a, one) * scale;
-        Line { value: value * scale, slope: scale * scale * (bend * by_share - a * value) }
+        let of_series = -(x * derivative::<T, 7>(square, &INVERSE_ODDS));
+        let by_denominator = a.mul_add(a, one) * scale;
+        Line {
+            value: value * scale,
+            slope: scale * scale * (of_series * by_denominator - a * value),
+        }
     };
     let far = || {
-        let (pi, right) = (T::from_f64(4.0) * one.atan(), share.abs().le(zero));
-        let angle = (width.abs() / T::select(right, one, share)).atan();
-        let angle = T::select(share.lt(zero), angle + pi, angle);
+        let (pi, right) = (T::from_f64(4.0) * one.atan(), denominator.abs().le(zero));
+        let angle = (width.abs() / T::select(right, one, denominator)).atan();
+        let angle = T::select(denominator.lt(zero), angle + pi, angle);
         let angle = T::select(right, pi.half(), angle);
         let value = angle / width.abs();
         Line { value, slope: (b.mul_add(b, one).recip() - value) / width }
     };
-    let reach = T::from_f64(small::<T>() * 0.125) * share;
-    either(width.abs().lt(reach), near, far)
+    let largest = T::from_f64(small::<T>() * 0.125) * denominator;
+    either(width.abs().lt(largest), near, far)
 }

@@ -9,6 +9,7 @@ use crate::paper::{Paper, oscillator};
 use crate::record::RunOutcome;
 use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
 use afterbay_analysis::study::{Problem, energy, trajectory};
+use afterbay_core::larger_or_nan;
 
 pub(super) const KEPT: [&str; 5] = ["increment-2", "increment-8", "gonzalez", "leapfrog", "rk4"];
 /// The methods whose runs of one degree of freedom are written to files.
@@ -35,8 +36,9 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         r.and(run.method, "drift", done)
     });
     sheet.find("K with a reservoir for each degree of freedom", readings, k_is_kept);
-    let w_error =
-        |run: &energy::EnergyRun| run.rows.iter().map(|row| row.w_error.abs()).fold(0.0, f64::max);
+    let w_error = |run: &energy::EnergyRun| {
+        run.rows.iter().map(|row| row.w_error.abs()).fold(0.0, larger_or_nan)
+    };
     let cells = |run: &energy::EnergyRun| {
         vec![
             run.method.into(),

@@ -1,9 +1,8 @@
 //! The effect of the roundings of very many steps on K.
 
 use super::chain;
-use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list, sci, verdict};
-use crate::findings::long_run::{cells, chart_of, growth, readings};
+use crate::findings::long_run::{CAPTION, HEADER, cells, chart, growth, readings};
 use crate::findings::{KEPT, kept};
 use crate::paper::{Extent, Paper};
 use crate::record::RunOutcome;
@@ -67,32 +66,9 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         starts.len()
     ));
     judge(sheet, &found, steps);
-    sheet.table(
-        &[
-            "method and step",
-            "exponent of t",
-            "interval",
-            "grows",
-            "rms at the end",
-            "mean at the end",
-            "run",
-        ],
-        found.iter().map(cells).collect(),
-    );
-    let chart = LineChart {
-        title: "The chain without friction: K in a long run".into(),
-        x: Axis::log("time t"),
-        y: Axis::log("|K - K₀| / largest energy, rms of a window"),
-        curves: found.iter().map(chart_of).collect(),
-        guides: vec![0.5, 1.0],
-    };
-    sheet.show(
-        "fput-chain-long-run",
-        &chart,
-        "Deviation of K relative to the largest energy so far, root mean square over the samples \
-         of a window and the starts. Dashed: growth like √t and like t.",
-        "fput-chain/long_run",
-    );
+    sheet.table(&HEADER, found.iter().map(cells).collect());
+    let chart = chart("The chain without friction: K in a long run", "time t", &found);
+    sheet.show("fput-chain-long-run", &chart, CAPTION, "fput-chain/long_run");
     Ok(())
 }
 

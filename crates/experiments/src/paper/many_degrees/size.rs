@@ -8,6 +8,7 @@ use crate::paper::Paper;
 use crate::sheet::{ReportError, Sheet, marked};
 use afterbay_analysis::study::size::SizeRow;
 use afterbay_analysis::study::{cost, size};
+use afterbay_core::larger_or_nan;
 
 pub(super) const COMPARED: [&str; 5] =
     ["increment-2", "increment-4", "gonzalez", "leapfrog", "rk4"];
@@ -62,13 +63,14 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
 
 fn errors(sheet: &mut Sheet, found: &[SizeRow]) {
     let relative = |row: &SizeRow| row.k_drift / row.initial_energy;
-    let doubt = found.iter().map(|row| row.doubt_qp.max(row.doubt_w)).fold(0.0, f64::max);
+    let doubt =
+        found.iter().map(|row| larger_or_nan(row.doubt_qp, row.doubt_w)).fold(0.0, larger_or_nan);
     let mut readings = Readings::default()
         .and("N", "least", found.iter().map(|row| row.n as f64).reduce(f64::min))
         .and("N", "largest", found.iter().map(|row| row.n as f64).reduce(f64::max));
     for of in found.chunk_by(|a, b| a.method == b.method) {
         let done = of.iter().filter(|row| row.error_qp.is_some());
-        readings.add(of[0].method, "drift", done.map(relative).reduce(f64::max));
+        readings.add(of[0].method, "drift", done.map(relative).reduce(larger_or_nan));
         let failed = of.iter().filter(|row| row.error_qp.is_none());
         let failed: Vec<_> =
             failed.map(|row| format!("at N = {} ({})", row.n, row.outcome)).collect();

@@ -9,6 +9,7 @@ use crate::record::RunOutcome;
 use crate::sheet::{ReportError, Sheet, scientific, table};
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::work_precision;
+use afterbay_core::larger_or_nan;
 use afterbay_methods::registry::ADAPTIVE;
 
 /// The chain whose runs are timed.
@@ -34,9 +35,17 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         let rows = paper.methods(names)?;
         let runs = rows.len() * steps.len() + adaptive.len() * tolerances.len();
         progress.begin(&format!("cost of accuracy: {name}"), 2 * runs);
-        let found =
-            work_precision::run(&problem, (&rows, &steps), (&adaptive, &tolerances), progress)?;
-        let doubt = found.iter().map(|row| row.doubt_qp.max(row.doubt_w)).fold(0.0, f64::max);
+        let all = work_precision::Runs {
+            methods: &rows,
+            steps: &steps,
+            adaptive: &adaptive,
+            tolerances: &tolerances,
+        };
+        let found = work_precision::run(&problem, all, progress)?;
+        let doubt = found
+            .iter()
+            .map(|row| larger_or_nan(row.doubt_qp, row.doubt_w))
+            .fold(0.0, larger_or_nan);
         let data = format!("{name}/work_precision");
         sheet.data(&data, &found)?;
         sheet.runs.extend(found.iter().map(|row| RunOutcome::of_work(row, problem.model.name())));

@@ -26,7 +26,7 @@ pub(super) struct Plane<T> {
     /// Whether the system is dissipative.
     pub(super) dissipative: bool,
     /// The largest |q_i| and |p_i|.
-    pub(super) reach: [T; 2],
+    pub(super) magnitudes: [T; 2],
 }
 
 /// The degree of freedom after its step.
@@ -43,11 +43,11 @@ impl<T: Scalar> Plane<T> {
     where
         S: PhasePlane<T> + ?Sized,
     {
-        let Self { dof: j, from: [q0, p0], h, first, dissipative, reach } = self;
+        let Self { dof: j, from: [q0, p0], h, first, dissipative, magnitudes } = self;
         let resistance = |h: T, [x, y]: [T; 2]| {
             system.plane_dissipation(q, p, j, [q0 + x.half(), p0 + y.half()], x / h)
         };
-        let root = solve(j, [q0, p0], reach, |share, [x, y]| {
+        let root = solve(j, [q0, p0], magnitudes, |share, [x, y]| {
             let (h, q1, p1) = (share * h, q0 + x, p0 + y);
             let ((a, a_p), (b, b_q)) = match first {
                 First::Coordinate => {

@@ -30,7 +30,7 @@ fn follow(
     progress: &dyn Progress,
 ) -> (Option<Followed>, bool) {
     loop {
-        match study.advance(&(), 0, so_far.take(), (progress, None)).expect("a leg") {
+        match study.advance(&(), 0, so_far.take(), progress, None).expect("a leg") {
             Leg::Last(followed) => return (Some(followed), true),
             Leg::Further(followed) => so_far = Some(followed),
         }
