@@ -268,7 +268,7 @@ pub(crate) struct SceneArguments {
     /// scene].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Overwrite the results of another scene, and forget the finished cells of this one.
+    /// Remove the results of another scene, and forget the finished cells of this one.
     #[arg(long)]
     pub(crate) force: bool,
     /// Compute only the cells that an earlier command with this folder did not finish.

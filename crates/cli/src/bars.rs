@@ -108,7 +108,7 @@ impl Progress for Bars {
                 let cost = *work.lock().unwrap_or_else(PoisonError::into_inner);
                 let before = *before.lock().unwrap_or_else(PoisonError::into_inner);
                 let (share, before) = match percent.load(Ordering::Relaxed) {
-                    // Not every stage tells the cost of its pieces.
+                    // Not every stage reports the cost of its pieces.
                     0 if cost > 0.0 => (cost, before),
                     0 => (pieces, 0.0),
                     percent => (percent as f64 / 100.0, 0.0),

@@ -6,6 +6,7 @@ use crate::table::Column;
 use crate::{experiment, table};
 use afterbay_experiments::Finding;
 use afterbay_experiments::compare::{self, Comparison, Difference, Joined};
+use afterbay_experiments::journal::take_over;
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -28,6 +29,9 @@ pub(crate) fn run(arguments: &CompareArguments, format: Format) -> Result<ExitCo
         return Err(Failure::compared(out));
     }
     experiment::own_folder(out, &output.manifest, force)?;
+    if force {
+        take_over(out, &output.manifest.hash)?;
+    }
     output.write(out, files.into()).map_err(Failure::storage)?;
     match format {
         Format::Json => {

@@ -6,8 +6,8 @@ use crate::failure::{Failure, code_of_results};
 use crate::{incomplete, interrupt, scene, shard, table};
 use afterbay_analysis::study::outcome::COMPLETED;
 use afterbay_experiments::experiment::{Cells, Results};
-use afterbay_experiments::journal::{Journal, Shard, Start};
-use afterbay_experiments::record::{self, Files, Held, Manifest, RunOutcome};
+use afterbay_experiments::journal::{Journal, Shard, Start, other_scene};
+use afterbay_experiments::record::{self, Files, Manifest, RunOutcome};
 use afterbay_experiments::report::Verdict;
 use afterbay_experiments::scene::{Scene, SceneError, SceneProblem, Task};
 use afterbay_experiments::{Finding, experiment};
@@ -89,7 +89,7 @@ pub(crate) fn write(
 }
 
 /// Makes the folder for the results of a scene before anything is computed. Refuses a folder with
-/// the results of another scene unless `force` is set.
+/// the results or journals of another scene unless `force` is set.
 pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failure> {
     let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;
     own_folder(out, &Manifest::new("", document, Vec::new()), force)
@@ -97,9 +97,8 @@ pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failu
 
 /// Makes the folder for the results that a manifest describes, as [`folder`] does.
 pub(crate) fn own_folder(out: &Path, manifest: &Manifest, force: bool) -> Result<(), Failure> {
-    let others = Held::read(out).filter(|held| held.hash != manifest.hash);
-    match others.filter(|_| !force) {
-        Some(other) => Err(Failure::taken(out, &other.hash)),
+    match other_scene(out, &manifest.hash).filter(|_| !force) {
+        Some(other) => Err(Failure::taken(out, &other)),
         None => record::prepare(out).map_err(Failure::storage),
     }
 }

@@ -1,12 +1,13 @@
 //! The failures of a command: a message for people and an exit code for scripts.
 
 use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
-use crate::interrupt;
+use crate::printable::Printable;
+use crate::{interrupt, table};
 use afterbay_experiments::ReportError;
 use afterbay_experiments::compare::CompareError;
 use afterbay_experiments::counted;
 use afterbay_experiments::journal::JournalError;
-use afterbay_experiments::scene::SceneError;
+use afterbay_experiments::scene::{SceneError, Task};
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use serde::Serialize;
 use std::ops::Range;
@@ -29,7 +30,7 @@ pub(crate) enum Trouble {
     #[error("the output could not be printed")]
     #[diagnostic(help("make room where the output goes, or send it elsewhere"))]
     Stdout(#[source] std::io::Error),
-    #[error("{} holds the results of another scene", folder.display())]
+    #[error("{} holds the results of another scene, or parts of them", folder.display())]
     #[diagnostic(help(
         "give another folder with --out DIR, or overwrite those results with --force (its scene \
          has the hash {hash})"
@@ -140,6 +141,14 @@ impl Failure {
             place,
             exit_code: self.code,
         }
+    }
+
+    /// Prints the message on stderr, and returns the exit code.
+    pub(crate) fn tell(&self) -> ExitCode {
+        let code = self.exit_code();
+        let message = miette::Report::new(Printable::new(&self.diagnostic));
+        table::message(&format!("{message:?}"));
+        code
     }
 
     fn new(trouble: Trouble, code: u8) -> Self {
@@ -325,8 +334,11 @@ fn journal_help(error: &JournalError) -> &'static str {
             "take a folder of one scene: give another with --out DIR, or overwrite all parts of \
              this one by `afterbay run` or `study` with --force and without --shard"
         }
+        JournalError::Nothing { task: Task::Run, .. } => {
+            "give the folder --out of `afterbay run --shard K/N`"
+        }
         JournalError::Nothing { .. } | JournalError::NoScene { .. } => {
-            "give the folder --out of `afterbay study --shard K/N`"
+            "give the folder --out of `afterbay study --shard K/N` or `run --shard K/N`"
         }
         JournalError::Scene { .. } => "compute the study anew with --force",
         JournalError::Unreadable { .. } => "compute the study anew with --force",

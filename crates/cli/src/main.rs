@@ -24,7 +24,6 @@ use afterbay_experiments::scene::Task;
 use arguments::{Arguments, Command, Format};
 use clap::{CommandFactory, Parser};
 use failure::{Failure, FailureJson};
-use printable::Printable;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -69,10 +68,7 @@ fn main() -> ExitCode {
         Err(failure) => {
             // A failure to print has nowhere to go but the exit code.
             let _ = (format == Format::Json).then(|| table::json(&failure.json()));
-            let code = failure.exit_code();
-            let message = miette::Report::new(Printable::new(&failure.diagnostic));
-            table::message(&format!("{message:?}"));
-            code
+            failure.tell()
         }
     }
 }

@@ -8,7 +8,10 @@ use crate::table::Column;
 use crate::{interrupt, recommended, scene, table};
 use afterbay_analysis::Measured;
 use afterbay_analysis::study::pick::{self, Candidate, Pick, Trial, Wanted};
-use afterbay_experiments::{ReportError, experiment, in_short};
+use afterbay_experiments::journal::take_over;
+use afterbay_experiments::record::writable;
+use afterbay_experiments::scene::Scene;
+use afterbay_experiments::{experiment, in_short};
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -21,32 +24,17 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
     let &PickArguments { error, at_end, keep_k, passive, .. } = arguments;
     let (text, scene) = scene::with_text(&arguments.scene)?;
     scene.refuse_changes().map_err(|error| Failure::scene(&arguments.scene, &text, error))?;
-    if let Some(file) = &arguments.write
-        && file.exists()
-        && !arguments.force
-    {
-        return Err(Failure::exists(file));
-    }
-    if let Some(out) = &arguments.out {
-        folder(out, &scene, arguments.force)?;
-    }
+    prepare(arguments, &scene)?;
     interrupt::listen();
     let bars = Bars::new();
     let wanted = Wanted { error, at_end, keep_k, passive };
     let found = pick::run(&scene.problem, wanted, &bars).map_err(Failure::study)?;
     bars.finish();
-    if let Some(out) = &arguments.out {
-        let report = experiment::pick(&scene, &found);
-        let (output, _) = report.map_err(|error: ReportError| Failure::from(error))?;
-        output.write(out, arguments.files.into()).map_err(Failure::storage)?;
-    }
     let winner = found.qualified.first().map(|winner| &winner.run);
-    let written = arguments.write.as_deref().zip(winner);
-    if let Some((file, winner)) = written {
-        std::fs::write(file, recommended::scene(&text, &scene, winner))
-            .map_err(|error| Failure::unwritable(file, error))?;
-    }
-    let written = written.map(|(file, _)| file);
+    let (written, failure) = match write(arguments, &text, (&scene, &found)) {
+        Ok(written) => (written, None),
+        Err(failure) => (None, Some(failure)),
+    };
     let lines = winner.map(|winner| recommended::lines(&scene, winner));
     match format {
         Format::Json => {
@@ -69,12 +57,48 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
                 }
                 (None, None) => {}
             }
-            if let Some(out) = &arguments.out {
+            if let Some(out) = arguments.out.as_ref().filter(|_| failure.is_none()) {
                 table::text(&format!("Report: {}", out.join("report.html").display()))?;
             }
         }
     }
-    Ok(code_of_results(found.qualified.is_empty()))
+    // The answer has been printed, as the only JSON where JSON is asked for.
+    let done = || code_of_results(found.qualified.is_empty());
+    Ok(failure.map_or_else(done, |failure| failure.tell()))
+}
+
+/// Checks before the search that its results can be written.
+fn prepare(arguments: &PickArguments, scene: &Scene) -> Result<(), Failure> {
+    if let Some(file) = &arguments.write {
+        if file.exists() && !arguments.force {
+            return Err(Failure::exists(file));
+        }
+        writable(file).map_err(|error| Failure::unwritable(file, error))?;
+    }
+    if let Some(out) = &arguments.out {
+        folder(out, scene, arguments.force)?;
+        if arguments.force {
+            take_over(out, &scene.hash())?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes the report and the scene that are asked for. Returns the file of the scene.
+fn write<'a>(
+    arguments: &'a PickArguments,
+    text: &str,
+    (scene, found): (&Scene, &Pick),
+) -> Result<Option<&'a Path>, Failure> {
+    if let Some(out) = &arguments.out {
+        let (output, _) = experiment::pick(scene, found)?;
+        output.write(out, arguments.files.into()).map_err(Failure::storage)?;
+    }
+    let winner = found.qualified.first().map(|winner| &winner.run);
+    let Some((file, winner)) = arguments.write.as_deref().zip(winner) else { return Ok(None) };
+    std::fs::write(file, recommended::scene(text, scene, winner))
+        .map_err(|error| Failure::unwritable(file, error))?;
+    Ok(Some(file))
 }
 
 /// The answer as JSON.

@@ -150,10 +150,17 @@ fn origin(a: &Folder, b: &Folder, scenes: &[Difference], joined: &[Joined]) -> S
     };
     let in_one = [("A", only(a, b)), ("B", only(b, a))];
     let tables_in_one = in_one.iter().map(|(_, names)| names.len()).sum();
-    let counts = Counts { scene: scenes.len(), tables_in_one };
+    let of_another = a.of_another.len() + b.of_another.len();
+    let counts = Counts { scene: scenes.len(), tables_in_one, of_another };
     sheet.find("The results", findings::overall(&counts, joined), findings::equal_or_not);
     for (side, names) in in_one.iter().filter(|(_, names)| !names.is_empty()) {
         sheet.text(format!("Tables in {side} only: {}.", names.join(", ")));
+    }
+    for (side, names) in [("A", &a.of_another), ("B", &b.of_another)] {
+        if !names.is_empty() {
+            let names = names.join(", ");
+            sheet.text(format!("Tables in {side} that come from another scene: {names}."));
+        }
     }
     let row = |what: &str, of: &dyn Fn(&Folder) -> String| vec![what.to_owned(), of(a), of(b)];
     sheet.table(

@@ -16,7 +16,7 @@ pub(crate) use write::write;
 use crate::record::Manifest;
 use serde::{Deserialize, Serialize};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// The format of the tables in `data/`.
@@ -59,6 +59,23 @@ pub struct Sidecar {
     pub columns: Vec<Column>,
     /// Where the table comes from.
     pub provenance: Provenance,
+}
+
+impl Sidecar {
+    /// Reads the sidecar in a file.
+    ///
+    /// # Errors
+    /// [`DataError::Sidecar`] if there is none.
+    pub(crate) fn read(path: &Path) -> Result<Self, DataError> {
+        let failed = |why: String| DataError::Sidecar { path: path.to_owned(), why };
+        let text = std::fs::read_to_string(path).map_err(|why| failed(why.to_string()))?;
+        serde_json::from_str(&text).map_err(|why| failed(why.to_string()))
+    }
+
+    /// Whether afterbay wrote the table.
+    pub(crate) fn is_ours(&self) -> bool {
+        self.provenance.program.starts_with("afterbay ")
+    }
 }
 
 /// The origin of a table, as in `run.json`.

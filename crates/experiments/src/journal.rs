@@ -15,11 +15,13 @@ mod header;
 mod ledger;
 mod line;
 mod shard;
+mod takeover;
 
 pub use error::JournalError;
 pub use header::Header;
 pub use ledger::{Afresh, Ledger, checkpoint, under_way};
 pub use shard::Shard;
+pub use takeover::{other_scene, take_over};
 
 use crate::scene::{Scene, Task};
 use afterbay_analysis::rows::Shelf;
@@ -33,6 +35,18 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
+use takeover::{Beside, remove_others};
+
+/// Cuts a journal off behind the bytes that count. An empty one begins with its header.
+fn cut(file: &mut File, length: u64, header: &Header, path: &Path) -> Result<(), JournalError> {
+    let placed = file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length)));
+    placed.map_err(JournalError::file(path))?;
+    if length == 0 {
+        let line = serde_json::to_string(header).map_err(JournalError::unwritten)?;
+        writeln!(file, "{line}").map_err(JournalError::file(path))?;
+    }
+    Ok(())
+}
 
 /// The folders of the journals of studies and of runs, below that of the results.
 const PARTS: [&str; 2] = ["parts", "parts-of-run"];
@@ -67,24 +81,32 @@ pub struct Journal {
     shelf: Shelf,
     /// Held as long as the folder is used.
     _lock: File,
+    _beside: Option<Beside>,
 }
 
 impl Journal {
-    /// Opens the journal of a command that computes the cells of `shard`.
+    /// Opens the journal of a command that computes the cells of `shard`. With [`Start::Force`],
+    /// the results of another scene in the folder are removed.
     ///
     /// # Errors
-    /// [`JournalError`] for a file that cannot be written, another command on the same cells,
-    /// results of another scene or version, and an unfinished study if `start` is [`Start::Fresh`].
+    /// [`JournalError`] for a file that cannot be written, another command on the same cells or in
+    /// the same folder, parts of another scene or version, and an unfinished study if `start` is
+    /// [`Start::Fresh`].
     pub fn open(
         folder: &Path,
         (task, scene): (Task, &Scene),
         (plan, shard): (&[Cell], Shard),
         start: Start,
     ) -> Result<Self, JournalError> {
-        let parts = folder.join(PARTS[usize::from(task == Task::Run)]);
+        let mut places = PARTS.map(|name| folder.join(name));
+        if task == Task::Run {
+            places.reverse();
+        }
+        let [parts, others] = places;
         std::fs::create_dir_all(&parts).map_err(JournalError::file(&parts))?;
         let whole = shard == Shard::WHOLE;
         let lock = lock(&parts, !whole)?;
+        let beside = Beside::lock(others, !whole)?;
         let path = parts.join(format!("{}-of-{}.jsonl", shard.number, shard.count));
         let open =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
@@ -121,20 +143,20 @@ impl Journal {
             }
             found.cells.retain(|key, _| !own.contains(under_way(key).unwrap_or(key)));
         }
-        let length = if begin { 0 } else { found.lengths.get(&path).copied().unwrap_or(0) };
-        let placed = file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length)));
-        placed.map_err(JournalError::file(&path))?;
-        if length == 0 {
-            let line = serde_json::to_string(&header).map_err(JournalError::unwritten)?;
-            writeln!(file, "{line}").map_err(JournalError::file(&path))?;
+        if start == Start::Force {
+            beside.iter().try_for_each(|beside| beside.forget_others(&header.scene))?;
+            remove_others(folder, &header.scene)?;
         }
+        let length = if begin { 0 } else { found.lengths.get(&path).copied().unwrap_or(0) };
+        cut(&mut file, length, &header, &path)?;
         keep_scene(&parts, scene)?;
         let Found { cells: found, damaged, mixed, .. } = found;
         let reused = if begin { 0 } else { done };
         let file = Some((path, Mutex::new(file)));
         let shelf = Shelf::new(&parts, &format!("{}-of-{}.", shard.number, shard.count));
         let kept = AtomicUsize::new(0);
-        Ok(Self { file, found, own, reused, kept, damaged, mixed, shelf, _lock: lock })
+        let (_lock, _beside) = (lock, beside);
+        Ok(Self { file, found, own, reused, kept, damaged, mixed, shelf, _lock, _beside })
     }
 
     /// Opens the journals of all shards of a folder, to join their cells. Also returns the command
@@ -144,7 +166,7 @@ impl Journal {
     /// [`JournalError`] where there is nothing to join, a command still runs, or journals belong to
     /// different scenes or versions.
     pub fn join(folder: &Path, task: Task) -> Result<(Self, Task, Scene), JournalError> {
-        let nothing = || JournalError::Nothing { folder: folder.into() };
+        let nothing = || JournalError::Nothing { folder: folder.into(), task };
         let [study, run] = PARTS.map(|name| folder.join(name));
         let parts = if task == Task::Run || !study.is_dir() { run } else { study };
         if !parts.is_dir() {
@@ -167,7 +189,9 @@ impl Journal {
         let reused = found.keys().filter(|key| under_way(key).is_none()).count();
         let (own, shelf) = (HashSet::new(), Shelf::new(&parts, ""));
         let (file, kept) = (None, AtomicUsize::new(0));
-        let journal = Self { file, found, own, reused, kept, damaged, mixed, shelf, _lock: lock };
+        let (_lock, _beside) = (lock, None);
+        let journal =
+            Self { file, found, own, reused, kept, damaged, mixed, shelf, _lock, _beside };
         Ok((journal, header.task, scene))
     }
 

@@ -4,10 +4,13 @@ mod files;
 mod foreign;
 mod held;
 mod outcome;
+mod removal;
 
+pub use files::writable;
 pub(crate) use files::{remove_abandoned, temporary};
 pub use held::Held;
 pub use outcome::{Alike, RunOutcome};
+pub(crate) use removal::remove;
 
 use crate::chart::Drawing;
 use crate::data::{self, DataError, DataFormat};
@@ -18,6 +21,7 @@ use foreign::foreign;
 use rayon::prelude::*;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
@@ -147,6 +151,15 @@ impl Manifest {
     }
 }
 
+/// The contents of `run.json`.
+#[derive(Serialize)]
+struct Record<'a> {
+    #[serde(flatten)]
+    manifest: &'a Manifest,
+    /// The figures of all commands on this scene, as they are removed with its results.
+    figures: BTreeSet<String>,
+}
+
 /// SHA-256 of a scene.
 pub(crate) fn hash_of(scene: &serde_json::Value) -> String {
     let hash = Sha256::digest(scene.to_string().as_bytes());
@@ -185,9 +198,13 @@ pub fn prepare(folder: &Path) -> Result<(), StorageError> {
         let path = path.to_owned();
         move |source| StorageError::File { path, source }
     };
-    let made = std::fs::create_dir_all(folder).map_err(|error| match folder.is_file() {
-        true => std::io::Error::new(error.kind(), "it is a file, not a folder"),
-        false => error,
+    let made = std::fs::create_dir_all(folder).map_err(|error| {
+        let why = match folder.symlink_metadata() {
+            Ok(found) if found.is_symlink() && !folder.exists() => "it is a link to nothing",
+            Ok(_) if !folder.is_dir() => "it is a file, not a folder",
+            _ => return error,
+        };
+        io::Error::new(error.kind(), why)
     });
     made.map_err(failed(folder))?;
     for below in ["", "data", "figures"] {
@@ -214,13 +231,14 @@ impl Output {
     /// # Errors
     /// [`StorageError`] with the file that could not be written.
     pub fn write(&self, folder: &Path, files: Files) -> Result<(), StorageError> {
-        let manifest = serde_json::to_string_pretty(&self.manifest)
+        let record = Record { manifest: &self.manifest, figures: self.figures(folder) };
+        let record = serde_json::to_string_pretty(&record)
             .map_err(|source| StorageError::Manifest { source })?;
         let put = |name: &str, contents: &[u8]| {
             let path = folder.join(name);
             write_whole(&path, contents).map_err(|source| StorageError::File { path, source })
         };
-        put("run.json", manifest.as_bytes())?;
+        put("run.json", record.as_bytes())?;
         self.artifacts.par_iter().try_for_each(|artifact| {
             if let Some(table) = artifact.name.strip_suffix(".csv") {
                 return self.write_table((table, artifact), files.tables, folder);
@@ -236,6 +254,15 @@ impl Output {
         })?;
         put("report.html", self.report.html(files).as_bytes())?;
         self.remove_others(folder, files)
+    }
+
+    /// The figures of this command, and those of others on the same scene in the folder.
+    fn figures(&self, folder: &Path) -> BTreeSet<String> {
+        let held = Held::read(folder).filter(|held| held.hash == self.manifest.hash);
+        let others = held.map(|held| held.figures).unwrap_or_default();
+        let own = self.artifacts.iter().map(|x| x.name.clone());
+        let own = own.filter(|name| name.starts_with("figures/"));
+        others.into_iter().chain(own).collect()
     }
 
     /// Writes a table and its sidecar.

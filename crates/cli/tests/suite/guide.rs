@@ -196,11 +196,14 @@ fn the_tables_have_the_columns_the_guide_promises() {
         std::fs::write(folder.path().join(name), block.lines.join("\n")).expect("a scene");
         let command = if name == "first.toml" { "run" } else { "study" };
         let (printed, code) =
-            shell(folder.path(), &format!("afterbay {command} {name} --out out --force"));
+            shell(folder.path(), &format!("afterbay {command} {name} --out {name}.out"));
         assert_eq!(code, 0, "{}", printed.join("\n"));
     }
     let mut tables = 0;
-    for table in std::fs::read_dir(folder.path().join("out/data")).expect("tables").flatten() {
+    let folders = ["first", "studies", "stability"]
+        .map(|name| folder.path().join(format!("{name}.toml.out/data")));
+    let entries = folders.iter().flat_map(|data| std::fs::read_dir(data).expect("tables"));
+    for table in entries.flatten() {
         let name = table.file_name().to_string_lossy().into_owned();
         if !name.ends_with(".csv") {
             continue;

@@ -19,6 +19,7 @@ mod recommended;
 mod refused;
 mod shards;
 mod streams;
+mod takeover;
 mod threads;
 mod timeless;
 mod widths;

@@ -31,6 +31,8 @@ fn parts_of_something_else_are_refused_by_name() {
     let (code, _, stderr) = place.merge("elsewhere");
     assert_eq!(code, Some(3), "{stderr}");
     assert!(stderr.contains("no parts"), "{stderr}");
+    let (_, _, stderr) = done(afterbay(&["merge", "--run"]).arg(place.path("elsewhere")));
+    assert!(stderr.contains("no parts of a run") && stderr.contains("`afterbay run"), "{stderr}");
 }
 
 /// A merge has no `--out`: its messages name the parts.

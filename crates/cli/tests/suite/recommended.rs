@@ -113,6 +113,29 @@ fn a_file_is_overwritten_only_by_force_and_not_without_a_recommendation() {
     assert!(code != Some(0) && !none.exists(), "{stdout}");
 }
 
+/// A place that cannot be written is found before the search, and the answer is printed if writing
+/// fails after it.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_answer_that_cannot_be_written_is_not_lost() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).expect("a scene");
+    let nowhere = folder.path().join("nowhere/found.toml");
+    for file in [nowhere.as_path(), folder.path()] {
+        let (code, stdout, stderr) = pick(&scene, file, "1e-3", &["--force"]);
+        assert_eq!((code, stdout.as_str()), (Some(5), ""));
+        assert!(stderr.contains("could not be written"), "{stderr}");
+    }
+    let (code, stdout, stderr) = pick(&scene, Path::new("/dev/full"), "1e-3", &["--force"]);
+    assert!(code == Some(5) && stdout.contains("is the cheapest within 1e-3"), "{stdout}");
+    assert!(stderr.contains("could not be written"), "{stderr}");
+    let more = ["--force", "--format", "json"];
+    let (code, stdout, _) = pick(&scene, Path::new("/dev/full"), "1e-3", &more);
+    let answer: serde_json::Value = serde_json::from_str(&stdout).expect("one JSON");
+    assert!(code == Some(5) && answer["written"].is_null() && answer["lines"].is_string());
+}
+
 #[test]
 fn pick_says_that_it_does_not_follow_a_sweep() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -8,10 +8,12 @@ use crate::report::Verdict;
 /// The most columns that a sentence names.
 const NAMED: usize = 6;
 
-/// The numbers of scenes' keys and of tables that differ or are in one result only.
+/// The numbers of scenes' keys and of tables that differ, are in one result only or come from
+/// another scene than their result.
 pub(super) struct Counts {
     pub(super) scene: usize,
     pub(super) tables_in_one: usize,
+    pub(super) of_another: usize,
 }
 
 /// The readings of all tables together.
@@ -23,6 +25,7 @@ pub(super) fn overall(counts: &Counts, tables: &[Joined]) -> Readings {
     Readings::default()
         .and("tables", "in both", tables.len())
         .and("tables", "in one", counts.tables_in_one)
+        .and("tables", "of another scene", counts.of_another)
         .and("rows", "in both", sum(&|table| table.rows))
         .and("rows", "in A only", sum(&|table| table.rows_in_one[0]))
         .and("rows", "in B only", sum(&|table| table.rows_in_one[1]))
@@ -60,6 +63,11 @@ pub(super) fn equal_or_not(r: &Readings) -> Said {
     match of("scenes", "different keys") {
         0.0 => statement.push_str(" The scenes are equal."),
         keys => statement.push_str(&format!(" The scenes differ in {}.", counted(keys, "keys"))),
+    }
+    let of_another = of("tables", "of another scene");
+    if of_another != 0.0 {
+        let tables = counted(of_another, "tables");
+        statement.push_str(&format!(" Left out, since they come from another scene: {tables}."));
     }
     (Verdict::Note, statement)
 }

@@ -2,7 +2,7 @@
 
 use super::CompareError;
 use super::table::Table;
-use crate::data::DataFormat;
+use crate::data::{DataFormat, Sidecar};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -17,6 +17,8 @@ pub(super) struct Folder {
     pub(super) origin: Origin,
     /// The tables by their names below `data`, without extensions.
     pub(super) tables: BTreeMap<String, Table>,
+    /// The names of the tables that come from another scene, by their sidecars. They are left out.
+    pub(super) of_another: Vec<String>,
 }
 
 /// The origin of a result, from `run.json`.
@@ -74,41 +76,58 @@ impl Folder {
             let command = origin.command;
             return Err(CompareError::Command { folder: folder(), command });
         }
-        let mut tables = BTreeMap::new();
-        read_tables(&path.join("data"), "", &mut tables)?;
-        Ok(Self { path: folder(), origin, tables })
+        let (tables, of_another) = (BTreeMap::new(), Vec::new());
+        let mut found = Self { path: folder(), origin, tables, of_another };
+        found.read_tables(&path.join("data"), "")?;
+        found.of_another.sort();
+        Ok(found)
+    }
+
+    /// Reads the tables of a folder and of those below it.
+    fn read_tables(&mut self, folder: &Path, prefix: &str) -> Result<(), CompareError> {
+        let failed = |source| CompareError::Data { folder: folder.to_owned(), source };
+        for entry in std::fs::read_dir(folder).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+            // Links to folders are not followed: they may lead back.
+            if entry.file_type().map_err(failed)?.is_dir() {
+                self.read_tables(&path, &format!("{prefix}{name}/"))?;
+                continue;
+            }
+            for format in DataFormat::ALL {
+                let Some(name) = name.strip_suffix(&format!(".{}", format.extension())) else {
+                    continue;
+                };
+                self.read_table(&path, format, format!("{prefix}{name}"))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn read_table(
+        &mut self,
+        path: &Path,
+        format: DataFormat,
+        name: String,
+    ) -> Result<(), CompareError> {
+        let sidecar = Sidecar::read(&path.with_extension("json")).ok();
+        if sidecar.is_some_and(|found| found.provenance.scene != self.origin.hash) {
+            self.of_another.push(name);
+            return Ok(());
+        }
+        let table = Table::read(path, format)
+            .map_err(|source| CompareError::Table { file: path.to_owned(), source })?;
+        self.tables.insert(name, table);
+        Ok(())
     }
 
     /// The names of its tables.
     pub(super) fn names(&self) -> String {
         let names: Vec<_> = self.tables.keys().map(String::as_str).collect();
-        if names.is_empty() { "none".into() } else { names.join(", ") }
-    }
-}
-
-/// Reads the tables of a folder and of those below it.
-fn read_tables(
-    folder: &Path,
-    prefix: &str,
-    tables: &mut BTreeMap<String, Table>,
-) -> Result<(), CompareError> {
-    let failed = |source| CompareError::Data { folder: folder.to_owned(), source };
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let entry = entry.map_err(failed)?;
-        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
-        // Links to folders are not followed: they may lead back.
-        if entry.file_type().map_err(failed)?.is_dir() {
-            read_tables(&path, &format!("{prefix}{name}/"), tables)?;
-            continue;
-        }
-        for format in DataFormat::ALL {
-            let Some(name) = name.strip_suffix(&format!(".{}", format.extension())) else {
-                continue;
-            };
-            let table = Table::read(&path, format)
-                .map_err(|source| CompareError::Table { file: path.clone(), source })?;
-            tables.insert(format!("{prefix}{name}"), table);
+        let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+        match &self.of_another[..] {
+            [] => names,
+            others => format!("{names} (of another scene: {})", others.join(", ")),
         }
     }
-    Ok(())
 }

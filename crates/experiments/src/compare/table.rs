@@ -39,7 +39,7 @@ impl Table {
             "overdamped" => vec!["method", "b", "h"],
             "pick" => vec!["method"],
             "errata" => vec!["coefficient", "b", "q", "p"],
-            "sweep" => vec!["topic", "of", "what"],
+            "sweep" | "sweep_of_run" => vec!["topic", "of", "what"],
             _ => self.usual(),
         };
         let swept = self.header.iter().filter(|name| name.starts_with("sweep_"));

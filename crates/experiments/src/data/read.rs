@@ -16,16 +16,9 @@ pub(crate) type Cells = (Vec<String>, Vec<Vec<String>>);
 pub(crate) fn read(path: &Path, format: DataFormat) -> Result<Cells, DataError> {
     match format {
         DataFormat::Csv => text(path),
-        DataFormat::Npy => array(path, &sidecar(path)?),
-        DataFormat::Jsonl => lines(path, &sidecar(path)?),
+        DataFormat::Npy => array(path, &Sidecar::read(&path.with_extension("json"))?),
+        DataFormat::Jsonl => lines(path, &Sidecar::read(&path.with_extension("json"))?),
     }
-}
-
-fn sidecar(table: &Path) -> Result<Sidecar, DataError> {
-    let path = table.with_extension("json");
-    let failed = |why: String| DataError::Sidecar { path: path.clone(), why };
-    let text = std::fs::read_to_string(&path).map_err(|why| failed(why.to_string()))?;
-    serde_json::from_str(&text).map_err(|why| failed(why.to_string()))
 }
 
 fn header(sidecar: &Sidecar) -> Vec<String> {

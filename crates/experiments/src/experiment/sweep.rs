@@ -1,6 +1,7 @@
 //! Everything repeated at the points of a sweep: one table of each kind, with the values of a point
 //! before its rows, and charts of what changes from point to point.
 
+mod scale;
 mod unfinished;
 mod warnings;
 
@@ -19,14 +20,19 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use warnings::Warnings;
 
-/// The table of all numbers that are charted.
-const DATA: &str = "sweep";
+/// The table of all numbers that are charted, and the names of the charts but for their numbers. A
+/// run and a study of one scene have one folder.
+const fn names(task: Task) -> [&'static str; 2] {
+    match task {
+        Task::Study => ["sweep", "sweep"],
+        Task::Run => ["sweep_of_run", "sweep-of-run"],
+    }
+}
+
 /// The most charts. The table has the other numbers too.
 const MOST_CHARTS: usize = 12;
-/// The ratio of the largest to the least value from which an axis is logarithmic.
-const WIDE: f64 = 50.0;
 
-/// A row of `sweep.csv`, behind the values of its point.
+/// A row of that table, behind the values of its point.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Row {
     topic: String,
@@ -87,7 +93,7 @@ pub(super) fn declared<'a>(
         }
     }
     let points = Points { task, scene, sweep, cost, timed };
-    let made = move |_: &Points<'_>, visits| sheet(sweep, visits);
+    let made = move |_: &Points<'_>, visits| sheet((task, sweep), visits);
     Ok(section(["sweep", "points of the sweep"], points, made))
 }
 
@@ -128,7 +134,7 @@ impl Study for Points<'_> {
 }
 
 /// Joins the results of all points.
-fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError> {
+fn sheet((task, sweep): (Task, &Sweep), visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Sweep");
     let (mut tables, mut lines) = (BTreeMap::<String, Joined>::new(), Vec::new());
     let mut warnings = Warnings::default();
@@ -149,7 +155,7 @@ fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError
     }
     say(&mut sheet, [sweep.count(), lines.len()], &warnings);
     unfinished::list(&mut sheet);
-    charts(&mut sheet, sweep, &lines);
+    charts(&mut sheet, (task, sweep), &lines);
     let mut header = vec!["point".to_owned()];
     header.extend(sweep.names.iter().map(|name| format!("sweep_{name}")));
     header.extend(["topic", "of", "what", "value"].map(str::to_owned));
@@ -157,7 +163,7 @@ fn sheet(sweep: &Sweep, visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError
         .iter()
         .flat_map(|(index, values, rows)| rows.iter().map(move |row| (*index, values, row)))
         .collect();
-    sheet.wide_data(DATA, &header, &rows)?;
+    sheet.wide_data(names(task)[0], &header, &rows)?;
     sheet.artifacts.extend(tables.into_iter().map(|(name, joined)| joined.artifact(name)));
     sheet.text(format!(
         "Varied: {}. In the tables, the number of the point and its values come before the columns \
@@ -269,7 +275,7 @@ impl Joined {
 type Curves<'a> = BTreeMap<&'a str, Vec<(f64, f64)>>;
 
 /// Charts of each number over the points, one curve for each subject, and the range of each.
-fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)]) {
+fn charts(sheet: &mut Sheet, (task, sweep): (Task, &Sweep), lines: &[(usize, Vec<f64>, Vec<Row>)]) {
     // Over the value if one thing alone takes several, else over the number of the point.
     let differ = |k: usize| {
         let mut values = lines.iter().map(|(_, values, _)| values[k].to_bits());
@@ -278,7 +284,9 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
     };
     let varied: Vec<usize> = (0..sweep.names.len()).filter(|&k| differ(k)).collect();
     let alone = if let [k] = varied[..] { Some(k) } else { None };
-    let name = alone.map_or("point", |k| &*sweep.names[k]);
+    let values = |k: usize| lines.iter().map(move |(_, values, _)| values[k]);
+    let x = alone.map_or(Axis::linear("point"), |k| scale::of_varied(sweep, k, values(k)));
+    let [data, prefix] = names(task);
     let mut numbers: BTreeMap<(&str, &str), Curves<'_>> = BTreeMap::new();
     for (index, values, rows) in lines {
         let place = alone.map_or(*index as f64, |k| values[k]);
@@ -305,10 +313,9 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
         if figures.len() == MOST_CHARTS || lines.len() < 2 || curves.values().all(same) {
             continue;
         }
-        let all = || curves.values().flatten();
         let is_order = topic.contains(" orders of ");
         let label = if is_order { format!("order of {what}") } else { what.to_owned() };
-        let (x, y) = (axis(name, all().map(|x| x.0)), axis(&label, all().map(|x| x.1)));
+        let y = scale::of_results(&label, curves.values().flatten().map(|x| x.1));
         let curves = curves
             .iter()
             .map(|(of, points)| {
@@ -318,23 +325,13 @@ fn charts(sheet: &mut Sheet, sweep: &Sweep, lines: &[(usize, Vec<f64>, Vec<Row>)
             })
             .collect();
         let title = format!("{topic}: {what}");
-        let (name, chart) =
-            (format!("sweep-{}", figures.len() + 1), LineChart::new(&title, x, y, curves));
+        let name = format!("{prefix}-{}", figures.len() + 1);
+        let chart = LineChart::new(&title, x.clone(), y, curves);
         let caption = format!("{title} over the sweep.");
-        figures.push(sheet.figure(&name, chart.draw(), caption, DATA));
+        figures.push(sheet.figure(&name, chart.draw(), caption, data));
     }
     sheet.show_pairs(figures);
     sheet.table(&["topic", "number", "of", "least", "largest"], ranges);
-}
-
-/// A logarithmic axis for positive values of several orders of magnitude.
-fn axis(name: &str, values: impl Iterator<Item = f64>) -> Axis {
-    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
-    for value in values.filter(|x| *x != 0.0) {
-        least = least.min(value);
-        most = most.max(value);
-    }
-    if least > 0.0 && most > WIDE * least { Axis::log(name) } else { Axis::linear(name) }
 }
 
 fn say(sheet: &mut Sheet, [points, done]: [usize; 2], warnings: &Warnings) {

@@ -1,11 +1,12 @@
 //! Accuracy against cost: the table of runs, the cheapest of them, and which methods keep K.
 
 use super::{KEPT, kept};
-use crate::claim::{Readings, Said, list, sci};
+use crate::claim::{Found, Readings, Said, list, sci};
 use crate::report::Verdict;
 use crate::sheet::{Sheet, measured, scientific};
 use afterbay_analysis::Measured;
 use afterbay_analysis::study::work_precision::WorkRow;
+use afterbay_core::larger_or_nan;
 
 /// The columns of a table of runs, see [`cells`].
 pub(crate) const HEADER: [&str; 9] = [
@@ -23,6 +24,9 @@ pub(crate) const HEADER: [&str; 9] = [
 /// The largest error of q, p and w for the cheapest run.
 const WANTED: f64 = 1e-4;
 
+/// The reading of the outcome of a run that did not reach the end, before its setting.
+const ENDED: &str = "ended at ";
+
 /// States the cheapest runs within [`WANTED`], with K kept and without, and which methods keep K at
 /// all.
 pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
@@ -30,7 +34,8 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
         (Readings::default().and("q, p and w", "wanted", WANTED), Readings::default());
     for of in rows.chunk_by(|a, b| a.method == b.method) {
         let good = of.iter().filter(|row| {
-            row.qp().zip(row.w()).is_some_and(|(qp, w)| qp.bound().max(w.bound()) <= WANTED)
+            let bounds = row.qp().zip(row.w()).map(|(qp, w)| [qp.bound(), w.bound()]);
+            bounds.is_some_and(|[qp, w]| larger_or_nan(qp, w) <= WANTED)
         });
         let timed = good.filter(|row| row.seconds.is_some());
         let best = timed
@@ -41,8 +46,14 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
             cheapest.add(row.method, "drift", row.k_share);
         }
         let done = of.iter().filter(|row| row.error_qp.is_some());
-        let drift = done.map(|row| row.k_share).reduce(f64::max);
+        // H may have no value at a state, as the difference of two terms that overflow: K is lost.
+        let drift = |row: &WorkRow| if row.k_share.is_nan() { f64::INFINITY } else { row.k_share };
+        let drift = done.map(drift).reduce(f64::max);
         worst.add(of[0].method, "drift", drift);
+        let ended = of.iter().filter(|row| drift.is_some() && row.error_qp.is_none());
+        for row in ended {
+            worst.add(row.method, &format!("{ENDED}{}", row.setting()), row.outcome);
+        }
     }
     // It matters only where no run is known to be within the error.
     if cheapest.of_all("seconds").is_empty()
@@ -107,6 +118,16 @@ fn the_cheapest(r: &Readings) -> Said {
     (Verdict::Note, statement)
 }
 
+/// The runs of a method that did not reach the end, and how they ended.
+fn ended(r: &Readings, method: &str) -> Vec<String> {
+    let of = r.0.iter().filter(|reading| reading.of == method);
+    let of = of.filter_map(|reading| match (&reading.found, reading.what.strip_prefix(ENDED)) {
+        (Found::Word(outcome), Some(setting)) => Some(format!("{method} at {setting}, {outcome}")),
+        _ => None,
+    });
+    of.collect()
+}
+
 /// States which methods keep K in all runs that reached the end.
 fn who_keeps_k(r: &Readings) -> Said {
     let all = r.numbers("drift");
@@ -117,16 +138,20 @@ fn who_keeps_k(r: &Readings) -> Said {
     };
     let methods = match [part("keeps K"), part("does not keep K")] {
         [None, None] => "K is kept by none".to_owned(),
-        [Some(kept), None] => format!("K is kept at every step and tolerance by {kept}"),
-        [None, Some(lost)] => format!("K is not kept at every step and tolerance by {lost}"),
+        [Some(kept), None] => format!("K is kept in every run that reached the end by {kept}"),
+        [None, Some(lost)] => format!("K is not kept in every run that reached the end by {lost}"),
         [Some(kept), Some(lost)] => {
-            format!("K is kept at every step and tolerance by {kept} and not by {lost}")
+            format!("K is kept in every run that reached the end by {kept} and not by {lost}")
         }
     };
     let mut statement = format!(
         "{methods} (in parentheses max |K - K₀| relative to the largest |H| + Σ |w_j| or T of the \
          run, T = ½ Σ |p_j ∂H/∂p_j|; up to {KEPT:.0e} counts as kept)."
     );
+    let ended: Vec<_> = all.iter().flat_map(|(name, _)| ended(r, name)).collect();
+    if !ended.is_empty() {
+        statement.push_str(&format!(" Did not reach the end: {}.", ended.join("; ")));
+    }
     let none: Vec<_> = all.iter().filter(|(_, drift)| drift.is_nan()).collect();
     if !none.is_empty() {
         let names = list(none.iter().map(|(name, _)| name.to_string()));
@@ -155,28 +180,67 @@ mod tests {
     use super::*;
     use afterbay_analysis::study::outcome::COMPLETED;
 
-    fn said(error: f64, doubt: f64) -> String {
-        let row = WorkRow {
-            method: "rk4",
+    /// One of two runs, with these errors of (q, p) and deviations of K.
+    fn row(i: usize, error_qp: [f64; 2], doubt_qp: f64, k_share: [f64; 2]) -> WorkRow {
+        WorkRow {
+            method: ["rk4", "moddg"][i],
             h: 0.1,
             outcome: COMPLETED,
-            error_qp: Some(error),
+            error_qp: Some(error_qp[i]),
             error_w: Some(0.0),
             k_drift: 0.0,
             passivity_violations: None,
-            seconds: Some(1.0),
+            seconds: Some(1.0 + i as f64),
             steps: 10,
             evaluations: None,
             iterations: None,
             failure: None,
-            doubt_qp: doubt,
+            doubt_qp,
             doubt_w: 0.0,
             tolerance: None,
-            k_share: 0.0,
+            k_share: k_share[i],
+        }
+    }
+
+    /// The statements about two runs, with these errors of (q, p) and deviations of K.
+    fn statements(error_qp: [f64; 2], doubt_qp: f64, k_share: [f64; 2]) -> [String; 2] {
+        let row = |i: usize| row(i, error_qp, doubt_qp, k_share);
+        let mut sheet = Sheet::new("Work");
+        cheapest(&mut sheet, "A scene", &[row(0), row(1)]);
+        [0, 1].map(|i| sheet.findings[i].statement.clone())
+    }
+
+    fn said(error: f64, doubt: f64) -> String {
+        let [cheapest, _] = statements([error, error], doubt, [0.0; 2]);
+        cheapest
+    }
+
+    /// An error that is NaN is not within the wanted one, and K that is NaN is not kept.
+    #[test]
+    fn what_is_nan_is_neither_small_nor_kept() {
+        let [cheapest, kept] = statements([f64::NAN, 1e-5], 0.0, [f64::NAN, 0.0]);
+        assert!(cheapest.contains("is moddg at step"), "{cheapest}");
+        assert!(kept.contains("by moddg (0.0e0) and not by rk4 (inf)"), "{kept}");
+    }
+
+    /// A method that keeps K does so in the runs that it completes: the others are named.
+    #[test]
+    fn runs_that_end_early_are_named_beside_those_that_keep_k() {
+        let ended = WorkRow {
+            h: 0.2,
+            outcome: "newton-stalled",
+            error_qp: None,
+            error_w: None,
+            ..row(0, [1e-5; 2], 0.0, [0.0; 2])
         };
         let mut sheet = Sheet::new("Work");
-        cheapest(&mut sheet, "A scene", &[row]);
-        sheet.findings[0].statement.clone()
+        cheapest(&mut sheet, "A scene", &[row(0, [1e-5; 2], 0.0, [0.0; 2]), ended]);
+        let said = &sheet.findings[1].statement;
+        assert!(said.starts_with("K is kept in every run that reached the end by rk4"), "{said}");
+        assert!(
+            said.ends_with(" Did not reach the end: rk4 at step = 0.2, newton-stalled."),
+            "{said}"
+        );
     }
 
     /// A run may be within the wanted error although its reference cannot tell.

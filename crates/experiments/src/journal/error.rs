@@ -1,6 +1,7 @@
 //! What prevents the use of a journal.
 
 use crate::claim::counted;
+use crate::scene::Task;
 use afterbay_analysis::rows::RowsError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -53,10 +54,16 @@ pub enum JournalError {
         why: String,
     },
     /// There are no journals.
-    #[error("{} has no parts of a study", folder.display())]
+    #[error(
+        "{} has no parts of a {}",
+        folder.display(),
+        if *task == Task::Run { "run" } else { "study or a run" }
+    )]
     Nothing {
         /// The folder.
         folder: PathBuf,
+        /// The command whose parts were asked for. Without a study, there may be a run.
+        task: Task,
     },
     /// The copy of the scene beside the journals is missing.
     #[error("{} has no copy of the scene: its file NAME.toml is missing", parts.display())]

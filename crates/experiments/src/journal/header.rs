@@ -2,11 +2,17 @@
 
 use crate::scene::Task;
 use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 
 /// The version of the format.
 const SCHEMA: u32 = 3;
 /// The version of afterbay and the hash of its sources (`build.rs`).
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("AFTERBAY_SOURCES"));
+
+/// The most bytes of a header that are read. A choice: one has about 300.
+const MOST_BYTES: u64 = 1 << 16;
 
 /// What results must have in common to be joined.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,6 +51,13 @@ impl Header {
             target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
             features: has.collect::<Vec<_>>().join(" "),
         }
+    }
+
+    /// The header of a journal; none if its first line is none of this format.
+    pub(super) fn read(path: &Path) -> Option<Self> {
+        let mut line = String::new();
+        BufReader::new(File::open(path).ok()?).take(MOST_BYTES).read_line(&mut line).ok()?;
+        serde_json::from_str(&line).ok()
     }
 
     /// What differs from another header, and how: both values.

@@ -36,6 +36,24 @@ pub(crate) fn remove_abandoned(folder: &Path) {
     }
 }
 
+/// Checks that a file can be written, and leaves it as it is.
+///
+/// # Errors
+/// A folder that is missing or closed, or a file that is closed or no file.
+pub fn writable(path: &Path) -> io::Result<()> {
+    if path.exists() {
+        return File::options().append(true).open(path).map(drop);
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        let why = format!("there is no folder {}", folder.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, why));
+    }
+    // The error of a temporary file names that file.
+    temporary(folder).map(drop).map_err(|error| error.kind().into())
+}
+
 pub(super) fn write_whole(path: &Path, contents: &[u8]) -> io::Result<()> {
     write_by(path, |file| file.write_all(contents))
 }

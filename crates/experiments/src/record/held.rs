@@ -10,6 +10,9 @@ pub struct Held {
     pub command: String,
     /// SHA-256 of its scene.
     pub hash: String,
+    /// The figures of all commands on this scene.
+    #[serde(default)]
+    pub(super) figures: Vec<String>,
 }
 
 impl Held {

@@ -72,19 +72,32 @@ fn read(path: &Path, column: Option<&Column>) -> Result<Vec<f64>, String> {
         (Some(Column::Number(0)), _) => return Err("columns are counted from 1".into()),
         (Some(&Column::Number(number)), _) => number as usize - 1,
         (Some(Column::Name(name)), Some(names)) => {
-            let found = names.iter().position(|known| known == name);
-            found.ok_or_else(|| {
-                format!("there is no column {name}; there are {}", names.join(", "))
-            })?
+            let mut found = (0..names.len()).filter(|&k| names[k] == *name);
+            match (found.next(), found.next()) {
+                (Some(index), None) => index,
+                (Some(_), Some(_)) => return Err(format!("several columns are called {name}")),
+                (None, _) => {
+                    return Err(format!(
+                        "there is no column {name}; there are {}",
+                        names.join(", ")
+                    ));
+                }
+            }
         }
         (Some(Column::Name(_)), None) => return Err("its first line names no columns".into()),
     };
     let mut numbers = Vec::new();
+    let mut width = named.as_ref().map(Vec::len);
     for record in records.skip(usize::from(named.is_some())) {
         let record = record.map_err(|error| error.to_string())?;
         let line = record.position().map_or(0, csv::Position::line);
         let cell =
             record.get(index).ok_or_else(|| format!("line {line} has no column {}", index + 1))?;
+        let width = *width.get_or_insert(record.len());
+        if record.len() != width {
+            let found = record.len();
+            return Err(format!("line {line} has {found} columns, those before it have {width}"));
+        }
         match cell.parse::<f64>() {
             Ok(number) if number.is_finite() => numbers.push(number),
             _ => return Err(format!("line {line} has {cell:?}, where a number is expected")),

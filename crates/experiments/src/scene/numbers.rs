@@ -17,37 +17,41 @@ pub(super) fn parameters(
     count: Option<usize>,
 ) -> Result<Parameters, SceneError> {
     let path = |name: &str| format!("system.parameters.{name}");
-    let (mut known, mut waiting) = (Parameters::new(), Vec::new());
+    let (mut known, mut texts) = (Parameters::new(), BTreeMap::new());
     for (name, value) in given {
         match value {
             Expression::Number(value) => known.push((name.clone(), *value)),
-            Expression::Text(text) => waiting.push((name, text)),
+            Expression::Text(text) => drop(texts.insert(name, text)),
         }
     }
-    while !waiting.is_empty() {
-        let (before, mut later) = (waiting.len(), Vec::new());
-        for (name, text) in waiting {
-            match evaluate(text, &known, count, None) {
+    while let Some((&first, _)) = texts.first_key_value() {
+        // Parameters, each of which mentions the next.
+        let mut chain = vec![first];
+        while let Some(&name) = chain.last() {
+            match evaluate(texts[name], &known, count, None) {
                 Ok(value) => {
-                    let value = finite(source, &path(name), value)?;
-                    known.push((name.clone(), value));
+                    known.push((name.clone(), finite(source, &path(name), value)?));
+                    texts.remove(name);
+                    chain.pop();
                 }
-                Err(ParseError { problem: Problem::Unknown { name: other, .. }, .. })
-                    if given.contains_key(&other) =>
-                {
-                    later.push((name, text));
-                }
-                Err(error) => return Err(located(source, &path(name), error)),
+                Err(error) => match mentioned(&error, &texts) {
+                    None => return Err(located(source, &path(name), error)),
+                    Some(other) if chain.contains(&other) => {
+                        let (name, span) = (first.clone(), source.span(&path(first)));
+                        return Err(SceneError { problem: SceneProblem::Circle { name }, span });
+                    }
+                    Some(other) => chain.push(other),
+                },
             }
         }
-        if later.len() == before {
-            let name = later[0].0.clone();
-            let span = source.span(&path(&name));
-            return Err(SceneError { problem: SceneProblem::Circle { name }, span });
-        }
-        waiting = later;
     }
     Ok(known)
+}
+
+/// The parameter that an expression mentions and that has no value yet.
+fn mentioned<'a>(error: &ParseError, texts: &BTreeMap<&'a String, &String>) -> Option<&'a String> {
+    let Problem::Unknown { name, .. } = &error.problem else { return None };
+    texts.get_key_value(name).map(|(&name, _)| name)
 }
 
 /// Evaluates the entries of q or p for `dof` degrees of freedom.

@@ -9,6 +9,7 @@ use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use super::{Scene, check_start, problem_of};
 use crate::claim::in_full;
+use afterbay_analysis::Spacing;
 use afterbay_analysis::study::Problem;
 use axis::{Axis, Target};
 use rand_pcg::Pcg64;
@@ -49,6 +50,11 @@ impl Sweep {
         let mut random = Pcg64::new(u128::from(self.seed), index as u128);
         let places = self.axes.iter().zip(indices);
         places.map(|(axis, index)| axis.values.at(index, &mut random)).collect()
+    }
+
+    /// The spacing of the values of the k-th quantity; none if they are a list.
+    pub fn spacing(&self, k: usize) -> Option<Spacing> {
+        self.axes[k].spacing
     }
 
     /// The names and values of a point, in words.

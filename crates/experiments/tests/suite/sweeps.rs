@@ -32,7 +32,7 @@ fn runs_that_fail_say_at_which_point_and_give_no_end() {
     assert_eq!(failed.len(), 1, "{failed:?}");
     assert_eq!(failed[0].point.as_deref(), Some("k = 1e30"));
     let ends = |k: &str| {
-        let rows = table(&output, "data/sweep.csv").lines();
+        let rows = table(&output, "data/sweep_of_run.csv").lines();
         rows.filter(|row| row.contains(k) && row.contains("rk4,q1 at the end")).count()
     };
     assert_eq!([ends(",10000.0,"), ends(",1e30,")], [1, 0]);
@@ -47,12 +47,32 @@ fn a_rise_of_the_energy_at_a_point_is_told() {
     assert!(!said.contains("rises"), "{said}");
 }
 
+/// A chart has the scale of the range, whatever the number of its values.
+#[test]
+fn a_linear_range_has_a_linear_axis_with_its_0() {
+    let chart = |vary: &str| {
+        let (output, _) = run(&STIFFER.replace("k = [1.0, 1e4, 1e30]", vary));
+        let charts = output.artifacts.into_iter().filter(|x| x.name.ends_with(".svg"));
+        charts.map(|x| x.text).find(|text| text.contains("q1 at the end")).expect("a chart")
+    };
+    for vary in [
+        "b = { from = 0.0, to = 1.0, count = 60 }",
+        "b = { from = 0.0, to = 1.0, count = 12 }, k = { from = 1.0, to = 2.0, count = 5 }",
+    ] {
+        assert!(!chart(vary).contains("are not shown"), "{vary}");
+    }
+    let ticks = |vary: &str| chart(vary).contains("10⁻");
+    assert!(ticks("b = { from = 1e-4, to = 1e-1, count = 4, scale = \"log\" }"));
+    assert!(ticks("b = [1e-4, 1e-3, 1e-2, 1e-1]"));
+    assert!(!ticks("b = [0.02, 0.25, 0.5, 0.75, 1.0]"));
+}
+
 /// The last state at a multiple of `sample` is not the end.
 #[test]
 fn numbers_name_the_time_of_the_last_sample() {
     let text = STIFFER.replace("[1.0, 1e4, 1e30]", "[1.0]");
     let (output, _) = run(&text.replace("[\"moddg\", \"rk4\"]", "[\"moddg\"]\nsample = 0.3"));
-    let table = table(&output, "data/sweep.csv");
+    let table = table(&output, "data/sweep_of_run.csv");
     assert!(table.contains("moddg,q1 at t = 1.8") && !table.contains("at the end"), "{table}");
 }
 

@@ -307,6 +307,22 @@ fn parameters_follow_those_they_are_made_of() {
     assert!(error.contains("a parameter is made of numbers and other parameters"), "{error}");
 }
 
+/// Each definition of a chain is read when those that it mentions are known. In rounds, the time
+/// would grow like the cube of their number.
+#[test]
+fn a_long_chain_of_parameters_is_read() {
+    let count = 600;
+    let link = |j: usize| (format!("a{j:03}"), format!("a{:03} + 1", j + 1));
+    let description = Description {
+        potential: "a000*q1^2".to_owned(),
+        parameters: vec![(format!("a{count:03}"), 1.0)],
+        definitions: (0..count).map(link).collect(),
+        ..Description::default()
+    };
+    let system = Custom::new(&description).unwrap();
+    assert_eq!(system.energy(&[1.0], &[0.0]), 601.0);
+}
+
 #[test]
 fn what_is_not_finite_at_a_state_is_found() {
     let system = custom("q1^2 + 3*log(q2 - q1)").unwrap();

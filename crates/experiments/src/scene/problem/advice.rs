@@ -4,7 +4,6 @@ use super::SceneProblem;
 use crate::claim::list;
 use afterbay_core::InputError;
 use afterbay_systems::CustomError;
-use std::fmt::Write;
 
 /// The most tables that are named where a key is in the wrong one. A choice: more would be nearly
 /// all.
@@ -14,6 +13,11 @@ impl SceneProblem {
     /// Advice on how to solve the problem.
     pub fn help(&self) -> Option<String> {
         match self {
+            Self::UnknownKey { key, known, .. } if is_count_of_branch(key, known) => Some(format!(
+                "leave it out: a branch of limit cycles has the values that its continuation \
+                 takes; {}",
+                list_of("the keys are", known)
+            )),
             Self::UnknownKey { key, known, tables } => Some(match tables.len() {
                 1..=MOST_TABLES if nearest(key, known).is_none() => {
                     let all = suggestion(key, known, "the keys are");
@@ -205,14 +209,18 @@ pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
     match nearest(name, known) {
         Some(nearest) => format!("did you mean {nearest}?"),
         None if known.is_empty() => "there are none".into(),
-        None => {
-            let mut all = String::from(before);
-            for (i, name) in known.iter().enumerate() {
-                let _ = write!(all, "{}{name}", if i == 0 { " " } else { ", " });
-            }
-            all
-        }
+        None => list_of(before, known),
     }
+}
+
+/// All known names, behind these words.
+fn list_of(before: &str, known: &[String]) -> String {
+    format!("{before} {}", known.join(", "))
+}
+
+/// Whether a key is that of a range, in a table of the parameter of a branch of limit cycles.
+fn is_count_of_branch(key: &str, known: &[String]) -> bool {
+    matches!(key, "count" | "scale") && known.iter().any(|name| name == "doublings")
 }
 
 /// The known name that a misspelt one may mean.

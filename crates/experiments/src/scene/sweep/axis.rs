@@ -14,6 +14,8 @@ pub(super) struct Axis {
     pub(super) name: String,
     pub(super) target: Target,
     pub(super) values: Values,
+    /// The spacing of a range, and of draws; none of a list.
+    pub(super) spacing: Option<Spacing>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -52,13 +54,30 @@ impl Values {
     }
 }
 
+/// The most entries of q, and of p, that a message names one by one.
+const MOST_NAMED: usize = 4;
+
+/// The names of the entries of q or p, in a message.
+fn entries(letter: char, dof: usize) -> Vec<String> {
+    let name = |j: usize| format!("{letter}{j}");
+    if dof <= MOST_NAMED {
+        return (1..=dof).map(name).collect();
+    }
+    vec![name(1), name(2), "..".into(), name(dof)]
+}
+
 impl Planner<'_> {
     pub(super) fn axis(&self, name: &str, varied: &Varied) -> Result<Axis, SceneError> {
         let path = format!("sweep.vary.{name}");
-        let known = self.problem.model.parameters();
+        let of_drive = self.document.drive.as_ref().and_then(|drive| drive.parameters.get(name));
+        if let Some(Expression::Text(_)) = of_drive.or(self.document.system.parameters.get(name)) {
+            let why = "it is computed from other parameters";
+            return self.refuse(&path, SceneProblem::NotVaried { name: name.into(), why });
+        }
+        let (known, dof) = (self.problem.model.parameters(), self.problem.model.degrees());
         let entry = |letter: char| {
             let j: usize = name.strip_prefix(letter)?.parse().ok()?;
-            (1..=self.problem.model.degrees()).contains(&j).then(|| j - 1)
+            (1..=dof).contains(&j).then(|| j - 1)
         };
         let target = if known.contains(&name) {
             Target::Parameter
@@ -67,17 +86,17 @@ impl Planner<'_> {
         } else if let Some(j) = entry('p') {
             Target::Momentum(j)
         } else {
-            let entries = ["q1", "p1"].into_iter();
-            let known = known.into_iter().chain(entries).map(str::to_owned).collect();
+            let entries = ['q', 'p'].into_iter().flat_map(|letter| entries(letter, dof));
+            let known = known.into_iter().map(str::to_owned).chain(entries).collect();
             let what = "parameter or initial value";
             return self.refuse(&path, SceneProblem::Unknown { what, name: name.into(), known });
         };
-        let of_drive = self.document.drive.as_ref().and_then(|drive| drive.parameters.get(name));
-        if let Some(Expression::Text(_)) = of_drive.or(self.document.system.parameters.get(name)) {
-            let why = "it is computed from other parameters";
-            return self.refuse(&path, SceneProblem::NotVaried { name: name.into(), why });
-        }
-        Ok(Axis { name: name.into(), target, values: self.values(&path, varied)? })
+        let spacing = match varied {
+            Varied::List(_) => None,
+            Varied::Table(table) => Some(table.scale.unwrap_or(Spacing::Linear)),
+        };
+        let values = self.values(&path, varied)?;
+        Ok(Axis { name: name.into(), target, values, spacing })
     }
 
     fn values(&self, path: &str, varied: &Varied) -> Result<Values, SceneError> {

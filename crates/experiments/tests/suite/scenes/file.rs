@@ -48,6 +48,8 @@ fn what_is_wrong_with_a_file_is_said() {
     is(good, "column = 3", "column = 0", "columns are counted from 1");
     is("1,2,3\n", "", "", "its first line names no columns");
     is("x,y,v\n1,2,a\n", "", "", "line 2 has \"a\", where a number is expected");
+    is("x,y,x\n1,2,3\n", "", "", "several columns are called x");
+    is("x,y,v\n1,2,3\n1,2,3,4\n", "", "", "line 3 has 4 columns, those before it have 3");
     is("x,y,v\n1,2,inf\n", "", "", "line 2 has \"inf\"");
     is("x,y,v\n", "", "", "it has no numbers");
     is(good, "column = 3 }", "count = 2 }", "count does not belong here: the file has the entries");

@@ -97,7 +97,7 @@ fn tables_are_those_of_single_scenes() {
             }
         }
         assert!(rows.next().is_none() && count > 8, "{count}");
-        let numbers = table(&all, "sweep");
+        let numbers = table(&all, if name == "trajectory" { "sweep_of_run" } else { "sweep" });
         assert!(numbers.starts_with("point,sweep_c,sweep_p1,topic,of,what,value"), "{numbers}");
     }
 }
@@ -165,6 +165,26 @@ fn mistakes_are_refused() {
     let sweep = "vary.c = [1, 0, 2]\nvary.p1 = { from = 0, to = 1, count = 1000 }";
     let error = Scene::read(&format!("{singular}[sweep]\n{sweep}\n")).unwrap_err();
     assert_eq!(error.to_string(), "at c = 0, p1 = 0: this is inf");
+}
+
+/// A custom system has parameters that are expressions of others, and may have many entries.
+#[test]
+fn what_cannot_be_varied_is_told_from_what_is_not_there() {
+    let refused = |potential: &str, name: &str| {
+        let text = format!(
+            "[system]\nname = 'custom'\npotential = '{potential}'\n\
+             parameters = {{ k = 1, w = '2*k' }}\n[initial]\nq = '1'\np = '0'\n\
+             [time]\nend = 1.0\nstep = 0.1\n[sweep]\nvary.{name} = [1, 2]\n"
+        );
+        let problem = Scene::read(&text).expect_err("a mistake").problem;
+        (problem.to_string(), problem.help().unwrap_or_default())
+    };
+    let (said, _) = refused("w*q1^2 + q2^2", "w");
+    assert_eq!(said, "w cannot be varied: it is computed from other parameters");
+    let (_, help) = refused("w*q1^2 + q2^2", "zz");
+    assert_eq!(help, "there are k, q1, q2, p1, p2");
+    let (_, help) = refused("w*q1^2 + q6^2", "zz");
+    assert_eq!(help, "there are k, q1, q2, .., q6, p1, p2, .., p6");
 }
 
 /// A driven oscillator, with each study of its attractors.

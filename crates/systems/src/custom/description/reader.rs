@@ -8,6 +8,9 @@ use afterbay_expression::{
 };
 use std::ops::Range;
 
+/// Why a definition in a circle is refused.
+const CIRCLE: &str = "it is defined by itself, or by others that are defined by it";
+
 /// Checks the length of a list.
 pub(super) fn counted(
     list: &'static str,
@@ -202,41 +205,37 @@ impl Reader {
     fn define(&mut self, texts: &[(String, String)]) -> Result<(), CustomError> {
         let rule = Err("a parameter is made of numbers and other parameters");
         let rules = Rules::only_parameters(rule);
-        let mut waiting: Vec<usize> = (0..texts.len()).collect();
-        while !waiting.is_empty() {
-            let before = waiting.len();
-            let mut later = Vec::new();
-            for k in waiting {
+        let mut waiting = vec![true; texts.len()];
+        for first in 0..texts.len() {
+            // Definitions, each of which mentions the next.
+            let mut chain: Vec<usize> = waiting[first].then_some(first).into_iter().collect();
+            while let Some(&k) = chain.last() {
                 let (name, text) = &texts[k];
                 match self.parse(Place::Definition(k), text, rules) {
                     Ok(parsed) => {
-                        for (used, also) in self.defined.iter_mut().zip(&parsed.defined) {
-                            *used |= also;
+                        self.add(name, parsed);
+                        waiting[k] = false;
+                        chain.pop();
+                    }
+                    Err(error) => match mentioned(&error, texts) {
+                        None => return Err(error),
+                        Some(other) if chain.contains(&other) => {
+                            let name = texts[first].0.clone();
+                            return Err(CustomError::Name { name, why: CIRCLE });
                         }
-                        let Parsed { node, used, counted, .. } = parsed;
-                        self.definitions.push(Definition {
-                            name: name.clone(),
-                            node,
-                            used,
-                            counted,
-                        });
-                    }
-                    Err(CustomError::Expression {
-                        problem: Problem::Unknown { name, .. }, ..
-                    }) if texts.iter().any(|known| known.0 == name) => {
-                        later.push(k);
-                    }
-                    Err(error) => return Err(error),
+                        Some(other) => chain.push(other),
+                    },
                 }
             }
-            if later.len() == before {
-                let name = texts[later[0]].0.clone();
-                let why = "it is defined by itself, or by others that are defined by it";
-                return Err(CustomError::Name { name, why });
-            }
-            waiting = later;
         }
         Ok(())
+    }
+
+    /// Adds a definition, and notes those that it uses.
+    fn add(&mut self, name: &str, parsed: Parsed) {
+        self.defined.iter_mut().zip(&parsed.defined).for_each(|(used, &also)| *used |= also);
+        let Parsed { node, used, counted, .. } = parsed;
+        self.definitions.push(Definition { name: name.to_owned(), node, used, counted });
     }
 
     /// Parses an expression of the system and notes what it uses.
@@ -270,6 +269,14 @@ impl Reader {
             CustomError::Expression { place, span, problem }
         })
     }
+}
+
+/// The definition that an expression mentions and that has not been read.
+fn mentioned(error: &CustomError, texts: &[(String, String)]) -> Option<usize> {
+    let CustomError::Expression { problem: Problem::Unknown { name, .. }, .. } = error else {
+        return None;
+    };
+    texts.iter().position(|known| known.0 == *name)
 }
 
 /// The inputs that an expression contains.

@@ -126,6 +126,13 @@ pub(super) const CHANGES: &[Change] = &[
         "take fewer points",
     ),
     (
+        "from = 0.2, to = 0.4 }",
+        "from = 0.2, to = 0.4, count = 5 }",
+        "count",
+        "there is no key count",
+        "leave it out: a branch of limit cycles has the values",
+    ),
+    (
         "transient = 9",
         "transient = 90000000000",
         "bifurcation",
