@@ -79,7 +79,7 @@ fn force_removes_the_results_of_the_other_scene_and_nothing_else() {
 fn what_was_begun_by_force_is_resumed_after_a_kill() {
     let place = Place::new(&format!("{SCENE}{SWEEP}"));
     place.run("run", "out", &[]);
-    let long = another(SCENE).replace("end = 10.0", "end = 2000.0");
+    let long = another(SCENE).replace("end = 10.0", "end = 200.0");
     write(&place, &format!("{long}{SWEEP}"));
     let mut command = place.command("study", "out", &["--force"]);
     let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
