@@ -8,7 +8,10 @@ use crate::system::{State, System};
 /// `failure`, or [`StepFailure::Undefined`] if a velocity or a force is NaN at the state from which
 /// the step begins, or is not finite at the first state of a run. Later in a run a velocity or a
 /// force may overflow because the motion grows.
+///
+/// Inlined, it would slow down the time loop.
 #[cold]
+#[inline(never)]
 pub(super) fn or_undefined<V, S>(
     system: &S,
     state: &State<V>,
