@@ -244,8 +244,8 @@ impl LimitCycle {
             Shooting { model, row, parameter: None, multiple, steps: 1, scales, progress };
         loop {
             shooting.steps = steps(model, h, shooting.multiple, period)?;
-            let Image { path, monodromy, .. } = shooting.image(&x)?;
-            shooting.scales = scales_of(&path, &monodromy, &x);
+            let Image { path, residual, monodromy, .. } = shooting.image(&x)?;
+            shooting.scales = scales_of(&path, &residual, &monodromy, &x);
             let phase = multiple.is_none().then(|| phase(&shooting, &path, &x));
             let solved = shooting.solve(x, phase.as_slice())?;
             if solved.ratio <= SINGULAR {

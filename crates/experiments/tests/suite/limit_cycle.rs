@@ -332,3 +332,20 @@ fn cycles_across_kinks_have_their_multipliers() {
         close(potential, found.multipliers[1][0], multiplier, most);
     }
 }
+
+/// A coordinate that still decays when the search begins has no place in the phase of the cycle.
+#[test]
+fn a_cycle_is_found_beside_a_decaying_coordinate() {
+    let text = "[system]\nname = \"custom\"\npotential = \"q1^2/2 + 2*q2^2\"\n\
+                dissipation = [\"-(1 - q1^2)*v1\", \"0.3*v2\"]\n[initial]\n\
+                q = [2.0, 0.5]\np = [0.0, 0.1]\n[time]\nend = 1.0\nstep = 0.1\n";
+    let [period, amplitude, multiplier] = VAN_DER_POL[1].1;
+    for transient in [90.0, 100.0, 110.0, 130.0] {
+        let problem = Scene::read(text).unwrap_or_else(|error| panic!("{error}")).problem;
+        let found = only(&study(problem, transient).run(&REFERENCE, 0.05, &Silent).unwrap());
+        close("period", found.period, period, 1e-10);
+        close("amplitude", found.amplitude[0], amplitude, 1e-10);
+        let off = found.multipliers.iter().map(|[re, im]| (re - multiplier).hypot(*im));
+        assert!(off.fold(f64::INFINITY, f64::min) < 1e-9, "{:?}", found.multipliers);
+    }
+}

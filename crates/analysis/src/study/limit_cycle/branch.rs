@@ -233,7 +233,7 @@ impl Walk<'_> {
             points.push(Point { cycle: next.cycle.clone(), event: None });
             (self.at, self.fresh) = (next, false);
             let Place { x, image, .. } = &self.at;
-            let mut scales = scales_of(&image.path, &image.monodromy, x);
+            let mut scales = scales_of(&image.path, &image.residual, &image.monodromy, x);
             self.refuse_rest(&scales)?;
             self.refuse_homoclinic(&scales)?;
             self.keep_sizes(&mut scales);

@@ -11,18 +11,36 @@ const MOVES: f64 = 1e-9;
 /// roundings.
 const OF_MAGNITUDE: f64 = 1e-5;
 
+/// The distance between the ends of a path, relative to its extent and to the least of these
+/// distances, above which a degree of freedom does not move on the cycle. Choices: it decays beside
+/// a cycle that is nearly reached.
+const OPEN: f64 = 0.1;
+const LEFT_BEHIND: f64 = 100.0;
+
 /// Half of the extent of each q_j and p_j on a path, and the magnitudes of the other unknowns.
-/// Those of a degree of freedom that does not move balance the matrix ∂Φ/∂z.
-pub(super) fn scales_of(path: &[Vec<f64>], monodromy: &Mat<f64>, x: &[f64]) -> Vec<f64> {
+/// Those of a degree of freedom that does not move balance the matrix ∂Φ/∂z. `residual` is the
+/// difference between the ends of the path.
+pub(super) fn scales_of(
+    path: &[Vec<f64>],
+    residual: &[f64],
+    monodromy: &Mat<f64>,
+    x: &[f64],
+) -> Vec<f64> {
     let size = monodromy.nrows();
     let ranges = Ranges::of(path);
     let extents: Vec<f64> = (0..size).map(|j| 0.5 * ranges.extent(j)).collect();
     let largest = |kind: &[f64]| kind.iter().copied().fold(0.0, f64::max);
     let dof = size / 2;
     let (q, p) = (largest(&extents[..dof]), largest(&extents[dof..]));
+    let open = |j: usize| {
+        let share = |i: usize| if extents[i] > 0.0 { residual[i].abs() / extents[i] } else { 0.0 };
+        share(j).max(share(j + dof))
+    };
+    let most_closed = (0..dof).map(open).fold(f64::INFINITY, f64::min);
     let moves = |j: usize| {
         let j = j % dof;
-        extents[j] > MOVES * q || extents[j + dof] > MOVES * p
+        let decays = open(j) > OPEN.max(LEFT_BEHIND * most_closed);
+        !decays && (extents[j] > MOVES * q || extents[j + dof] > MOVES * p)
     };
     let sizes = balanced(monodromy);
     let resting = (0..dof).filter(|&j| !moves(j)).map(|j| sizes[j]).fold(0.0, f64::max);

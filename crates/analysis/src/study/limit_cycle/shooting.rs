@@ -69,7 +69,7 @@ pub(super) struct Image {
     pub(super) path: Vec<Vec<f64>>,
     pub(super) period: f64,
     /// Φ(z) - z, less whole turns.
-    residual: Vec<f64>,
+    pub(super) residual: Vec<f64>,
     /// ∂Φ/∂z
     pub(super) monodromy: Mat<f64>,
     /// det ∂Φ/∂z
