@@ -66,7 +66,7 @@ fn force_removes_the_results_of_the_other_scene_and_nothing_else() {
     assert!(figures.iter().all(|name| !name.starts_with("balance")), "{figures:?}");
     assert!(figures.contains(&"own.svg".to_owned()) && figures.len() > 1, "{figures:?}");
     assert!(place.path("out/notes.txt").exists());
-    // The same scene keeps the tables of the other command.
+    // `--force` in a folder of the same scene keeps the tables of the other command.
     place.run("study", "out", &["--force"]);
     let kept = names(&place, "out/data");
     assert!(of_run.iter().all(|name| kept.contains(&(*name).to_owned())), "{kept:?}");

@@ -218,7 +218,7 @@ mod tests {
     use afterbay_analysis::study::outcome::Ending;
     use afterbay_methods::registry::REFERENCE;
 
-    /// What is said of a cycle of the reference with these multipliers.
+    /// The verdict and the sentence on a cycle of the reference that has these multipliers.
     fn said(multipliers: [f64; 2], multiple: Option<u64>) -> Said {
         let cycle = Cycle {
             value: None,

@@ -28,10 +28,18 @@ fn is_name(component: Component<'_>) -> bool {
     matches!(component, Component::Normal(_))
 }
 
-/// The JSON files of a folder.
+/// The JSON files of a folder and of those below it. Links to folders are not followed.
 fn sidecars(data: &Path) -> Vec<PathBuf> {
-    let paths = std::fs::read_dir(data).into_iter().flatten().flatten().map(|entry| entry.path());
-    paths.filter(|path| path.extension().is_some_and(|found| found == "json")).collect()
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(data).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            found.extend(sidecars(&path));
+        } else if path.extension().is_some_and(|found| found == "json") {
+            found.push(path);
+        }
+    }
+    found
 }
 
 /// Removes a table and its sidecar, if the sidecar is one of afterbay.
@@ -63,6 +71,7 @@ mod tests {
         let artifact = |name: &str| Artifact { name: name.into(), ..Artifact::default() };
         let artifacts = vec![
             Artifact { text: "t\n1\n".into(), ..artifact("data/trajectory.csv") },
+            Artifact { text: "t\n1\n".into(), ..artifact("data/duffing/energy.csv") },
             artifact("figures/energy.svg"),
         ];
         let (title, subtitle) = (String::new(), String::new());
@@ -82,7 +91,8 @@ mod tests {
             names
         };
         assert_eq!(names(""), ["data", "figures", "notes.txt"]);
-        assert_eq!(names("data"), ["own.csv", "own.json"]);
+        assert_eq!(names("data"), ["duffing", "own.csv", "own.json"]);
+        assert!(names("data/duffing").is_empty());
         assert_eq!(names("figures"), ["own.svg"]);
     }
 }

@@ -333,7 +333,7 @@ fn cycles_across_kinks_have_their_multipliers() {
     }
 }
 
-/// A coordinate that still decays when the search begins has no place in the phase of the cycle.
+/// Newton's method converges although one coordinate still decays when the search begins.
 #[test]
 fn a_cycle_is_found_beside_a_decaying_coordinate() {
     let text = "[system]\nname = \"custom\"\npotential = \"q1^2/2 + 2*q2^2\"\n\

@@ -32,7 +32,7 @@ pub(super) enum Shown {
     Motion { from: Vec<f64>, extents: Vec<f64> },
 }
 
-/// What a run has shown until its end.
+/// The findings of a run that has ended.
 pub(super) struct Ended {
     /// The known attractor that it has reached.
     pub(super) reached: Option<usize>,
@@ -150,7 +150,7 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
         now < before && to_go <= TO_GO * extent.min(NEAR)
     }
 
-    /// What the run has shown.
+    /// Ends the run and returns its findings.
     pub(super) fn ended(self) -> Ended {
         let Self { nearby, last, paths, period, filling, filled, halves, .. } = self;
         let metric = nearby.metric;

@@ -11,11 +11,10 @@ const MOVES: f64 = 1e-9;
 /// roundings.
 const OF_MAGNITUDE: f64 = 1e-5;
 
-/// The distance between the ends of a path, relative to its extent and to the least of these
-/// distances, above which a degree of freedom does not move on the cycle. Choices: it decays beside
-/// a cycle that is nearly reached.
+/// A degree of freedom decays beside the cycle if the ends of its path are farther apart than this
+/// share of its extent, and than this many times the least such share of all. Choices.
 const OPEN: f64 = 0.1;
-const LEFT_BEHIND: f64 = 100.0;
+const TIMES_LEAST: f64 = 100.0;
 
 /// Half of the extent of each q_j and p_j on a path, and the magnitudes of the other unknowns.
 /// Those of a degree of freedom that does not move balance the matrix ∂Φ/∂z. `residual` is the
@@ -36,10 +35,10 @@ pub(super) fn scales_of(
         let share = |i: usize| if extents[i] > 0.0 { residual[i].abs() / extents[i] } else { 0.0 };
         share(j).max(share(j + dof))
     };
-    let most_closed = (0..dof).map(open).fold(f64::INFINITY, f64::min);
+    let least = (0..dof).map(open).fold(f64::INFINITY, f64::min);
     let moves = |j: usize| {
         let j = j % dof;
-        let decays = open(j) > OPEN.max(LEFT_BEHIND * most_closed);
+        let decays = open(j) > OPEN.max(TIMES_LEAST * least);
         !decays && (extents[j] > MOVES * q || extents[j + dof] > MOVES * p)
     };
     let sizes = balanced(monodromy);
