@@ -2,6 +2,7 @@
 
 mod first;
 mod own_step;
+mod pole;
 mod side;
 
 use super::grid::Grid;

@@ -4,6 +4,7 @@ use afterbay_core::{
     Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, State, StateRef,
     StepFailure, TakeStep, Watch, integrate_with_events,
 };
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 /// Free fall: exact steps, so that all errors are those of the events. Steps below the rounding of
@@ -130,7 +131,11 @@ fn events_that_change_nothing_happen_once() {
 }
 
 /// Free motion. Steps below the rounding of t are refused, as those of a method are.
-fn drift(h: f64, state: &mut State<Vec<f64>>, _: Watch<'_>) -> Result<Effort, IntegrateError> {
+pub(crate) fn drift(
+    h: f64,
+    state: &mut State<Vec<f64>>,
+    _: Watch<'_>,
+) -> Result<Effort, IntegrateError> {
     let end = state.t + h;
     if end + h == end {
         return Err(InputError::TimeStalled { t: end, h }.into());
@@ -316,6 +321,26 @@ fn a_pole_is_no_zero() {
             free([&[2.0], &[-1.0]], (h, steps), &[(inverse, Direction::Both, None)]);
         outcome.expect("it runs");
         assert!(found.is_empty(), "{h}: {found:?}");
+    }
+}
+
+/// Steps of 1/100 end at every zero up to the roundings of t, of q = t + 1000.1 and of the function.
+#[test]
+fn zeros_within_roundings_of_the_ends_of_steps_are_found() {
+    let of_time: Function = |state| (TAU * state.t).sin();
+    let of_place: Function = |state| (TAU * state.q[0]).sin();
+    let above: Function = |state| 1e3 * (state.q[0] - 1150.0);
+    for (function, direction, count) in [
+        (of_time, Direction::Rising, 300),
+        (of_time, Direction::Both, 600),
+        (of_place, Direction::Falling, 300),
+        (of_place, Direction::Both, 600),
+        (above, Direction::Rising, 1),
+    ] {
+        let events = [(function, direction, None)];
+        let (outcome, found, _) = free([&[1000.1], &[1.0]], (0.01, 30_030), &events);
+        outcome.expect("it runs");
+        assert_eq!(found.len(), count, "{direction:?}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Events of several functions in one step of the grid, and poles beside them.
 
-use crate::events::{Function, STEPS, Watched, fall, first, free, second, watch};
+use crate::events::{Function, STEPS, Watched, drift, fall, first, free, second, watch};
 use afterbay_core::{Direction, Effort, InputError, IntegrateError, State, Watch};
 use std::ops::ControlFlow;
 
@@ -111,6 +111,24 @@ fn a_function_that_has_left_zero_is_followed_from_event_to_event() {
                 "{h}: {found:?}"
             );
         }
+    }
+}
+
+/// Two events at each second zero, with steps that end at numbers of t, so that q is 0 there only
+/// to a rounding of t.
+#[test]
+fn events_at_the_same_zero_all_happen_at_late_times() {
+    let mut step = |h: f64, state: &mut State<Vec<f64>>, watch: Watch<'_>| {
+        let whole = (state.t + h) - state.t;
+        drift(whole, state, watch)
+    };
+    let wave: Function = |state| state.q[0].sin();
+    let events = [(wave, Direction::Both, None), (wave, Direction::Rising, None)];
+    for (h, steps) in [(0.037, 20_000), (0.74, 1000)] {
+        let (outcome, found, _) = watch(&mut step, [&[0.3], &[1.0]], (h, steps), &events);
+        outcome.expect("it runs");
+        let count = |i: usize| found.iter().filter(|event| event.0 == i).count();
+        assert_eq!([count(0), count(1)], [235, 117], "{h}");
     }
 }
 

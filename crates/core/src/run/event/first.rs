@@ -1,7 +1,8 @@
 //! The first event within a step.
 
+use super::pole::Crossing;
 use super::side::Side;
-use super::{Direction, Event, NOISE_ROUNDINGS};
+use super::{Direction, Event};
 use crate::error::IntegrateError;
 use crate::solver::zero_within;
 use crate::system::State;
@@ -40,7 +41,7 @@ impl Found {
 }
 
 /// The state after a share of a step.
-type Within<'a> = &'a mut dyn FnMut(f64) -> Result<State<Vec<f64>>, IntegrateError>;
+pub(super) type Within<'a> = &'a mut dyn FnMut(f64) -> Result<State<Vec<f64>>, IntegrateError>;
 
 /// Looks for the first event on the way from one state to the next. A function that crosses zero
 /// twice within the step is seen if it is beyond zero at an event of another function: the way to
@@ -122,20 +123,15 @@ fn zero_of(
         let there = within(place(share)).map_err(|error| failure = Some(error)).ok()?;
         Some((event.value(&there), there))
     });
-    match failure {
-        Some(failure) => Err(failure),
-        None if !event.is_wall && is_pole([before, event.value(&there), after]) => Ok(Zero::Pole),
-        None => Ok(Zero::After(place(share), there)),
+    if let Some(failure) = failure {
+        return Err(failure);
     }
-}
-
-/// Whether a function that changes its sign has a pole and no zero, by its values at the ends of
-/// the way and at the point found between them. At a pole the value found is no smaller than those
-/// at the ends, unless all three are roundings.
-fn is_pole([before, found, after]: [f64; 3]) -> bool {
-    let (least, most) = (before.abs().min(after.abs()), before.abs().max(after.abs()));
-    let size = if most.is_finite() { most } else { least };
-    2.0 * found.abs() >= least && found.abs() > NOISE_ROUNDINGS * f64::EPSILON * size
+    let share = place(share);
+    let crossing = Crossing { way: [state, end], values: [before, after], share, there: &there };
+    if !event.is_wall && crossing.is_pole(event, within) {
+        return Ok(Zero::Pole);
+    }
+    Ok(Zero::After(share, there))
 }
 
 /// The part of a way on which a function reaches zero.
