@@ -10,9 +10,9 @@ use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
 
-/// The longest step across a break that is accepted whatever its estimated error, as a share of
-/// the larger of |t| and the proposed step: 512 unit roundoffs. Over so short a step the estimate
-/// is rounding.
+/// The longest step across a break, or to the end, that is accepted whatever its estimated error,
+/// as a share of the larger of |t| and the proposed step: 512 unit roundoffs. Over so short a step
+/// the estimate is rounding.
 const LARGEST_UNCONTROLLED: f64 = 5.7e-14;
 
 /// The largest relative change of a step by which its end becomes a number of the scalar. A choice.
@@ -27,9 +27,9 @@ pub struct Statistics {
     pub rejected: u64,
     /// Steps that could not be computed.
     pub failed: u64,
-    /// The shortest step taken.
+    /// The length of the shortest step taken, in the unit of time.
     pub least: f64,
-    /// The longest step taken.
+    /// The length of the longest step taken, in the unit of time.
     pub largest: f64,
     /// The work of steps taken and rejected, and of states between steps. Steps that could not be
     /// computed are not counted.
@@ -89,8 +89,8 @@ where
 }
 
 /// Integrates from `state` to the last of `times`, which ascend from the time of the state, and
-/// passes the states at these times to `observer`. They are as accurate as the steps, and K is kept
-/// as well.
+/// passes the states at these times to `observer`, each with its index in `times` in place of the
+/// number of steps. They are as accurate as the ends of steps, and keep K as these do.
 ///
 /// # Errors
 /// Those of [`integrate_within`], and [`InputError::Backwards`] if the times do not ascend.
@@ -269,7 +269,8 @@ where
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
             }
             let wanted = self.controller;
-            let crosses = at_break
+            // A run that ends at a break, to rounding, ends within the step across it.
+            let crosses = (at_break || last)
                 && (is_uncontrolled(h, state.t) || h.to_f64() <= LARGEST_UNCONTROLLED * wanted.h);
             let outcome = self.method.attempt(self.system, h, state, &mut self.workspace);
             match outcome.and_then(|attempt| self.refuse_across(attempt, state)) {

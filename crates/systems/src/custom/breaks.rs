@@ -17,8 +17,8 @@ const MARGIN: f64 = 8.0;
 /// touches 0 with several derivatives. The search then ends early, at a time that may be no break.
 const MOST_EVALUATIONS: u32 = 4000;
 
-/// Those functions that depend on nothing but `time`, which is t of a drive or the coordinate of a
-/// clock, and the others.
+/// The functions that depend on `time` alone, and the others. `time` is the t of a drive or the
+/// coordinate of a clock.
 pub(super) fn of_time_and_state(graph: &Graph, of: &[Node], time: Input) -> [Vec<Node>; 2] {
     let of_time = |&x: &Node| {
         let inputs = graph.inputs(x, Kinds::ALL);
@@ -33,7 +33,7 @@ pub(super) fn of_time_and_state(graph: &Graph, of: &[Node], time: Input) -> [Vec
 pub(super) struct Breaks(Vec<Part>);
 
 impl Breaks {
-    /// Those among some functions that depend on nothing but `time`.
+    /// The breaks at the zeros of those functions of `kinks` that depend on `time` alone.
     pub(super) fn new(
         builder: &mut Builder,
         kinks: &[Node],
@@ -66,7 +66,7 @@ impl Breaks {
         self.0.is_empty()
     }
 
-    /// Whether one lies between two times.
+    /// Whether a break lies between two times.
     pub(super) fn is_between<T: Scalar>(&self, frames: &[T], [from, to]: [T; 2]) -> bool {
         !self.is_empty()
             && (0..T::LANES).any(|lane| {
@@ -86,7 +86,8 @@ impl Breaks {
     }
 
     fn step_of_lane(&self, frames: &[Vec<Interval>], t: f64, h: f64) -> f64 {
-        let grain = MARGIN * f64::EPSILON * t.abs().max((t + h).abs());
+        // At t = 0 a step may be so short that its roundings vanish.
+        let grain = (MARGIN * f64::EPSILON * t.abs().max((t + h).abs())).max(f64::MIN_POSITIVE);
         let Some([start, end]) = self.first(frames, [t, t + h], grain) else { return h };
         if start - t > 2.0 * grain {
             return start - t - grain;

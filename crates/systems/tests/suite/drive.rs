@@ -144,6 +144,15 @@ fn breaks(force: &str, end: f64) -> Vec<f64> {
     found
 }
 
+/// At t = 0 steps of any length have an end, also where the roundings of t vanish.
+#[test]
+fn the_shortest_steps_at_a_kink_have_an_end() {
+    let (drive, _) = drive(&["sqrt(abs(sin(t))) + 0*f*omega"]).unwrap();
+    for h in [1e-300, 1e-310, f64::from_bits(1)] {
+        assert_eq!(Drive::<f64>::step_between_breaks(&drive, 0.0, h), h);
+    }
+}
+
 #[test]
 fn kinks_of_the_time_are_not_those_of_the_state() {
     for (force, expected) in
