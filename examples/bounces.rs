@@ -1,7 +1,7 @@
 //! Events: a ball bounces, and w takes the energy lost. `cargo run --example bounces`
 
 use afterbay_core::{
-    Direction, Event, EventState, Formulas, FromFormulas, Grid, Scalar, State, StateRef, Tolerance,
+    Direction, Event, EventState, Formulas, FromFormulas, Grid, Scalar, State, StateRef,
     integrate_with_events,
 };
 use afterbay_methods::registry::{bind, find};
@@ -42,8 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         p[0] *= -RESTITUTION;
         ControlFlow::Continue(())
     };
-    // A method with a fixed step does not use the tolerance.
-    let (mut step, grid) = (run.stepper(Tolerance::all(1e-9)), Grid::new(0.05, 3.0)?);
+    // A method with a fixed step needs no tolerance.
+    let (mut step, grid) = (run.stepper(None)?, Grid::new(0.05, 3.0)?);
     let mut see = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
     integrate_with_events(&mut *step, grid, &mut state, &[floor], &mut bounce, &mut see)?;
 

@@ -8,6 +8,7 @@ use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::basins::{Axis, Basins};
 use afterbay_analysis::study::bifurcation::Bifurcation;
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::section::Section;
 use afterbay_analysis::{Spacing, Variable};

@@ -77,12 +77,21 @@ impl ColumnCells {
     }
 }
 
-/// The columns of a table with a header, and the number of its rows. Rows may differ in length:
-/// cells behind the header belong to columns named by their places.
+/// The columns and the length of a table.
+#[derive(Clone, Debug)]
+pub struct TableColumns {
+    /// The columns.
+    pub columns: Vec<ColumnCells>,
+    /// The number of rows, the header not included.
+    pub rows: usize,
+}
+
+/// The columns of a table with a header. Rows may differ in length: cells behind the header belong
+/// to columns named by their places.
 ///
 /// # Errors
 /// A text that cannot be read, or is not CSV.
-pub fn of_table(table: &mut dyn Read) -> Result<(Vec<ColumnCells>, usize), csv::Error> {
+pub fn of_table(table: &mut dyn Read) -> Result<TableColumns, csv::Error> {
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(table);
     let mut columns: Vec<ColumnCells> = reader.headers()?.iter().map(ColumnCells::new).collect();
     let (mut rows, mut record) = (0, StringRecord::new());
@@ -97,5 +106,5 @@ pub fn of_table(table: &mut dyn Read) -> Result<(Vec<ColumnCells>, usize), csv::
         }
         rows += 1;
     }
-    Ok((columns, rows))
+    Ok(TableColumns { columns, rows })
 }

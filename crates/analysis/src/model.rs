@@ -5,7 +5,7 @@ mod periods;
 mod serialize;
 
 use afterbay_core::{Drive, InputError, Motors, Passive};
-use afterbay_systems::catalog::SystemRow;
+use afterbay_systems::catalog::{Parameter, SystemRow};
 use afterbay_systems::{CustomDrive, CustomError, Described, whole_multiples};
 use thiserror::Error;
 
@@ -16,6 +16,8 @@ use binding::split;
 /// The most degrees of freedom of a built-in system. A choice: its equations take some 2 kilobytes
 /// each.
 const MOST_DEGREES: f64 = 1e6;
+/// The range of their number, in words.
+const DEGREES: &str = "a whole number from 1 to 1e6";
 
 /// A system and its parameters.
 #[derive(Clone, Debug)]
@@ -38,13 +40,19 @@ pub enum ModelError {
         /// The name asked for.
         name: String,
     },
-    /// A number of degrees of freedom that is not whole, or too large.
-    #[error("parameter {name} = {value:?} must be a whole number, at most {MOST_DEGREES:e}")]
+    /// A number of degrees of freedom that is not whole, is 0, or is too large.
+    #[error("parameter {name} = {value:?} must be {DEGREES}")]
     Whole {
         /// Its name.
         name: String,
         /// The value given.
         value: f64,
+    },
+    /// A parameter that has no value.
+    #[error("parameter {name} has no value")]
+    Missing {
+        /// Its name.
+        name: String,
     },
     /// A number of degrees of freedom that the forces of a drive do not have.
     #[error("{name} changes the number of degrees of freedom, for which the drive has its forces")]
@@ -64,7 +72,7 @@ impl Model {
         Self::Listed(row, parameters.to_vec())
     }
 
-    /// A system of the catalogue with parameters by name. Parameters that are not named are 0.
+    /// A system of the catalogue with a value for each parameter, by name.
     ///
     /// # Errors
     /// [`ModelError`]. [`Model::system`] checks the ranges.
@@ -72,8 +80,15 @@ impl Model {
         row: &'static SystemRow,
         values: impl IntoIterator<Item = (&'a str, f64)>,
     ) -> Result<Self, ModelError> {
-        let empty = Self::Listed(row, vec![0.0; row.parameters.len()]);
-        values.into_iter().try_fold(empty, |model, (name, value)| model.with(name, value))
+        let mut found = vec![None; row.parameters.len()];
+        for (name, value) in values {
+            found[place(row, name, value)?] = Some(value);
+        }
+        let value = |(parameter, value): (&Parameter, Option<f64>)| {
+            value.ok_or_else(|| ModelError::Missing { name: parameter.name.into() })
+        };
+        let values = row.parameters.iter().zip(found).map(value).collect::<Result<_, _>>()?;
+        Ok(Self::Listed(row, values))
     }
 
     /// The name in scenes and tables.
@@ -90,12 +105,21 @@ impl Model {
         self.degrees() + self.motors().count()
     }
 
-    /// The number of degrees of freedom without clock and motors.
+    /// The number of degrees of freedom without clock and motors; 0 where the parameter that sets
+    /// it is out of range, with which there is no system.
     pub fn degrees(&self) -> usize {
+        self.checked_degrees().unwrap_or(0)
+    }
+
+    /// The number of degrees of freedom without clock and motors.
+    ///
+    /// # Errors
+    /// [`InputError::Parameter`] where the parameter that sets it is out of range.
+    pub(crate) fn checked_degrees(&self) -> Result<usize, InputError> {
         match self {
-            Self::Listed(row, values) => split(row, values).0,
-            Self::Custom(custom) => custom.dof(),
-            Self::Driven(model, _) => model.degrees(),
+            Self::Listed(row, values) => Ok(split(row, values)?.0),
+            Self::Custom(custom) => Ok(custom.dof()),
+            Self::Driven(model, _) => model.checked_degrees(),
         }
     }
 
@@ -131,7 +155,8 @@ impl Model {
         if self.driven().is_empty() { &["q", "p", "w"] } else { &["q", "p", "w", "s"] }
     }
 
-    /// Whether the reservoir can only fill, apart from the work of a drive.
+    /// The passivity of D: whether the reservoirs can only gain energy, apart from the work of a
+    /// drive.
     ///
     /// # Errors
     /// Those of [`Model::system`].
@@ -211,12 +236,7 @@ impl Model {
             Self::Driven(model, drive) => return model.driven_with(drive, name, value),
             Self::Listed(row, values) => (row, values),
         };
-        let index = row.parameters.iter().position(|parameter| parameter.name == name);
-        let index = index.ok_or_else(|| ModelError::NoParameter { name: name.into() })?;
-        if row.is_count(index) && !(value.fract() == 0.0 && (0.0..=MOST_DEGREES).contains(&value)) {
-            return Err(ModelError::Whole { name: name.into(), value });
-        }
-        let mut values = values.clone();
+        let (index, mut values) = (place(row, name, value)?, values.clone());
         if let Some(old) = values.get_mut(index) {
             *old = value;
         }
@@ -245,6 +265,21 @@ impl Model {
     }
 }
 
+/// The place of a parameter that is to have a value.
+fn place(row: &SystemRow, name: &str, value: f64) -> Result<usize, ModelError> {
+    let index = row.parameters.iter().position(|parameter| parameter.name == name);
+    let index = index.ok_or_else(|| ModelError::NoParameter { name: name.into() })?;
+    if row.is_count(index) && !is_number_of_degrees(value) {
+        return Err(ModelError::Whole { name: name.into(), value });
+    }
+    Ok(index)
+}
+
+/// Whether a system can have so many degrees of freedom.
+fn is_number_of_degrees(value: f64) -> bool {
+    value.fract() == 0.0 && (1.0..=MOST_DEGREES).contains(&value)
+}
+
 /// The shortest multiple of the longer of two periods that is one of the other too.
 fn common_period(a: f64, b: f64) -> Option<f64> {
     /// The largest deviation of the ratio from one of whole numbers. It covers periods given with
@@ -256,7 +291,34 @@ fn common_period(a: f64, b: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::common_period;
+    use super::{Model, ModelError, common_period};
+    use afterbay_core::InputError;
+    use afterbay_systems::catalog::{FPUT_CHAIN, VAN_DER_POL};
+
+    #[test]
+    fn a_number_of_degrees_that_is_not_whole_is_named_as_it_was_given() {
+        for n in [0.0, -1.0, 2.7, 1e30, f64::NAN] {
+            let model = Model::of(&FPUT_CHAIN, &[n, 1.0, 0.1]);
+            let error = model.system::<f64>().map(drop).expect_err("no system");
+            assert!(
+                matches!(error, InputError::Parameter { name: "n", value, .. }
+                    if value.to_bits() == n.to_bits()),
+                "{error}"
+            );
+            assert!(model.periods().is_empty());
+        }
+        let chain = Model::of(&FPUT_CHAIN, &[2.0, 1.0, 0.1]);
+        let error = chain.with("n", 0.0).expect_err("no system").to_string();
+        assert_eq!(error, "parameter n = 0.0 must be a whole number from 1 to 1e6");
+    }
+
+    #[test]
+    fn a_parameter_that_is_not_named_is_missing() {
+        let missing = |name: &str| ModelError::Missing { name: name.into() };
+        assert_eq!(Model::named(&VAN_DER_POL, []).unwrap_err(), missing("mu"));
+        let chain = Model::named(&FPUT_CHAIN, [("n", 2.0), ("c", 0.1)]);
+        assert_eq!(chain.unwrap_err(), missing("beta"));
+    }
 
     #[test]
     fn a_common_period_is_a_multiple_of_both() {

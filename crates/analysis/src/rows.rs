@@ -41,13 +41,13 @@ pub enum RowsError {
     File {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// A row cannot be written as CSV.
     #[error("a result cannot be written: {why}")]
     Unwritten {
-        /// Why.
+        /// The reason, in words.
         why: String,
     },
 }
@@ -105,7 +105,7 @@ impl Rows {
         self.stored.is_none().then_some(&*self.held)
     }
 
-    /// The rows where they are.
+    /// The rows, to be read from the file on the shelf and from memory.
     pub fn located(self, shelf: Option<&Shelf>) -> RowsFile {
         let folder = shelf.map_or(Path::new(""), |shelf| &shelf.folder);
         let stored = self.stored.map(|stored| {
@@ -171,7 +171,7 @@ pub struct RowWriter {
     count: u64,
     stored: Option<Stored>,
     file: Option<File>,
-    /// Where the file is; none if all rows stay in memory.
+    /// The path of the file; none if all rows stay in memory.
     path: Option<PathBuf>,
     failure: Option<RowsError>,
 }

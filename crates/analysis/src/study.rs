@@ -74,12 +74,24 @@ impl Problem {
     /// The initial state. Nothing has been supplied or pumped.
     ///
     /// # Errors
-    /// [`InputError::Length`] where q or p does not fit the system, and [`InputError::NotFinite`].
+    /// [`InputError::Length`] where q or p does not fit the system, [`InputError::NotFinite`], and
+    /// [`InputError::Parameter`] for a number of degrees of freedom out of range.
     pub fn start<T: Scalar>(&self) -> Result<State<Vec<T>>, InputError> {
         let lift = |part: &[f64]| part.iter().map(|&x| T::from_f64(x)).collect();
         let state = State::new(lift(&self.q), lift(&self.p))?;
-        state.check(self.model.degrees())?;
+        state.check(self.model.checked_degrees()?)?;
         Ok(with_motors(&state, self.model.motors().count()))
+    }
+
+    /// Whether the forces may jump or have kinks ([`afterbay_core::System::kinks`]).
+    ///
+    /// # Errors
+    /// Those of [`Problem::start`], and parameters with which there is no system.
+    pub fn has_kinks(&self) -> Result<bool, InputError> {
+        let (system, start) = (self.model.system::<f64>()?, self.start::<f64>()?);
+        let mut any = false;
+        system.kinks(&start.q, &start.p, &mut |_| any = true);
+        Ok(any)
     }
 
     /// The reference at the times `i h`, i = 0..=count, with its doubt at each. Up to

@@ -60,7 +60,7 @@ fn described(scene: &Scene) -> String {
     format!("{name}, {dof} {freedom} of freedom{drive}")
 }
 
-/// How a system depends on the time; empty if it does not.
+/// The dependence of a system on the time, in words; empty if there is none.
 fn timed(model: &Model) -> &'static str {
     match (model.has_clock(), model.driven().is_empty()) {
         (false, true) => "",

@@ -64,7 +64,7 @@ pub(crate) fn run(
     }
 }
 
-/// Writes the results, and says what was found.
+/// Writes the results, and prints the findings.
 pub(crate) fn write(
     (output, findings): Results,
     (out, files, cells): (&Path, Files, Option<(&Journal, usize)>),

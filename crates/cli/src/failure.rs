@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use thiserror::Error;
 
-/// What went wrong, and the exit code.
+/// The diagnostic of a failure, and its exit code.
 pub(crate) struct Failure {
     pub(crate) diagnostic: Box<Trouble>,
     pub(crate) code: u8,
@@ -105,7 +105,7 @@ pub(crate) struct FailureJson {
 }
 
 impl FailureJson {
-    /// What is wrong with the command line. What follows the message says how it is used.
+    /// A mistake on the command line. The text after the message explains the usage.
     pub(crate) fn usage(error: &clap::Error) -> Self {
         let text = error.render().to_string();
         let (message, help) = text.split_once("\n\n").unwrap_or((&text, ""));
@@ -189,7 +189,7 @@ impl Failure {
         Self::new(Trouble::Unreadable { path: path.into(), source }, SCENE)
     }
 
-    /// What is wrong with a scene, pointed at in its text where there is one.
+    /// A mistake in a scene, with its place in the text if the text is given.
     pub(crate) fn scene(path: &Path, text: &str, error: SceneError) -> Self {
         let span = clipped(text, error.span);
         let fits = around(text, &span).lines().all(|line| line.len() <= WIDEST);
@@ -320,7 +320,7 @@ fn merge_help(error: &JournalError) -> &'static str {
     }
 }
 
-/// What to do about a journal.
+/// The advice on an error of a journal.
 fn journal_help(error: &JournalError) -> &'static str {
     match error {
         JournalError::File { .. } | JournalError::Unwritten { .. } => {

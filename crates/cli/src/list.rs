@@ -95,7 +95,7 @@ struct Word {
     meaning: &'static str,
 }
 
-/// What expressions are made of.
+/// The elements of expressions.
 fn words() -> impl Iterator<Item = Word> {
     const OTHERS: [(&str, &str); 9] = [
         ("q1, q2, ..", "coordinates; also q[1], q[i+1]"),

@@ -5,7 +5,7 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::{experiment, interrupt, shard};
 use afterbay_experiments::experiment::{perform, plan};
-use afterbay_experiments::journal::Journal;
+use afterbay_experiments::journal::{Joined, Journal};
 use afterbay_experiments::record::Files;
 use afterbay_experiments::scene::Task;
 use std::path::Path;
@@ -17,7 +17,7 @@ pub(crate) fn run(
     files: Files,
     format: Format,
 ) -> Result<ExitCode, Failure> {
-    let (journal, task, scene) = Journal::join(folder, task).map_err(Failure::merge)?;
+    let Joined { journal, task, scene } = Journal::join(folder, task).map_err(Failure::merge)?;
     shard::warn(&journal);
     let plan = plan(task, &scene)?;
     let missing: Vec<&str> = journal.missing(&plan).map(|cell| &*cell.key).collect();

@@ -108,7 +108,7 @@ struct Answer<'a> {
     found: &'a Pick,
     /// The events that would end a run, in words; none if there is no such event.
     events: Option<String>,
-    /// That the sweep is not followed, in words; none without a sweep.
+    /// The statement that the sweep is not followed; none without a sweep.
     sweep: Option<String>,
     /// The tables of a scene that run the recommendation.
     lines: Option<String>,
@@ -147,7 +147,7 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
     }
 }
 
-/// The result of the search in sentences: what was found, and what it is known to.
+/// The result of the search in sentences, with the accuracy to which it is known.
 fn said(found: &Pick, end: f64) -> Vec<String> {
     let bound = found.wanted.error;
     let asked = format!("within {bound:e} {}{}", found.wanted.place(end), structure(found));
@@ -212,7 +212,7 @@ fn structure(found: &Pick) -> &'static str {
     }
 }
 
-/// Why a candidate does not qualify.
+/// The reason for which a candidate does not qualify.
 fn why_not(candidate: &Candidate) -> String {
     let parts = [&candidate.why_not, &candidate.run.failure];
     parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join(": ")

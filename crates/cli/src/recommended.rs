@@ -43,7 +43,7 @@ fn each_table(
     }
 }
 
-/// Gives a study what it takes from other tables.
+/// Gives a study the values that it takes from other tables.
 fn keep(name: &str, study: &mut dyn TableLike, scene: &Scene) {
     let document = &scene.document;
     if let (false, Some(run)) = (study.contains_key("methods"), &document.run) {

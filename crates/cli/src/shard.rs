@@ -1,5 +1,5 @@
-//! Shares of a study: which one this command computes, the plan of all cells, and what is said at
-//! the end of a share.
+//! Shares of a study: the share that this command computes, the plan of all cells, and the summary
+//! at the end of a share.
 
 use crate::arguments::{Format, ShardArgument};
 use crate::failure::{Failure, code_of_results};
@@ -83,7 +83,7 @@ pub(crate) fn show(scene: &Scene, cells: &Cells<'_>, format: Format) -> Result<E
     Ok(ExitCode::SUCCESS)
 }
 
-/// Says on stderr what is unusual about the cells of a journal.
+/// Prints warnings about the cells of a journal on stderr.
 pub(crate) fn warn(journal: &Journal) {
     if journal.damaged > 0 {
         let (lines, are) = if journal.damaged == 1 { ("line", "is") } else { ("lines", "are") };

@@ -15,8 +15,8 @@ const WIDTHS: std::ops::RangeInclusive<usize> = 40..=1000;
 /// A column of a table.
 pub(crate) struct Column {
     name: &'static str,
-    /// Where the table is too wide, the columns of the largest rank are left out first, and those
-    /// of rank 0 never.
+    /// The rank. If the table is too wide, columns of the largest rank are left out first. Columns
+    /// of rank 0 are always shown.
     rank: u8,
     /// The least width to which its cells may be wrapped; none where they may not.
     least: Option<usize>,

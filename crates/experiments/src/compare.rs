@@ -1,4 +1,4 @@
-//! Two results side by side: what differs in their scenes, in the rows of their tables, and between
+//! Two results side by side: the differences of their scenes, of the rows of their tables, and of
 //! their trajectories.
 
 mod charts;
@@ -14,9 +14,9 @@ pub use scenes::Difference;
 
 use crate::claim::Finding;
 use crate::data::DataError;
-use crate::record::{Artifact, Manifest, Output, processor};
-use crate::report::{Block, Report};
-use crate::sheet::{Placed, ReportError, Sheet, scientific, table};
+use crate::record::{Manifest, Output, processor};
+use crate::report::{Block, Report, Section};
+use crate::sheet::{Gathered, Placed, ReportError, Sheet, scientific, table};
 use charts::Drawn;
 use findings::Counts;
 use folder::Folder;
@@ -55,7 +55,7 @@ pub enum CompareError {
     NoResult {
         /// The folder.
         folder: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// A manifest that is not one of afterbay.
@@ -63,7 +63,7 @@ pub enum CompareError {
     Manifest {
         /// The folder.
         folder: PathBuf,
-        /// Why.
+        /// The cause.
         source: serde_json::Error,
     },
     /// The result of a command that has nothing to compare.
@@ -79,7 +79,7 @@ pub enum CompareError {
     Data {
         /// The folder.
         folder: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// A table that is not what its extension says.
@@ -87,7 +87,7 @@ pub enum CompareError {
     Table {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The cause.
         source: DataError,
     },
     /// Two results without a common table.
@@ -138,11 +138,14 @@ pub fn compare(a: &Path, b: &Path) -> Result<Comparison, CompareError> {
         let tables = (&a.tables[&table.name], &b.tables[&table.name]);
         sheets.push(sheet(table, tables).map_err(ReportError::from)?);
     }
-    let findings = sheets.iter().flat_map(|sheet| sheet.findings.iter().cloned()).collect();
-    Ok(Comparison { output: output(&a, &b, sheets), findings, scenes, tables: joined })
+    let Gathered { sections, artifacts, findings, .. } =
+        sheets.into_iter().collect::<Gathered>().in_order();
+    let (report, manifest) = report(&a, &b, sections);
+    let output = Output { report, artifacts, manifest };
+    Ok(Comparison { output, findings, scenes, tables: joined })
 }
 
-/// The first section: where the results come from, and what differs.
+/// The first section: the origin of the results, and their differences.
 fn origin(a: &Folder, b: &Folder, scenes: &[Difference], joined: &[Joined]) -> Sheet {
     let mut sheet = Sheet::new("What differs");
     let only = |one: &Folder, other: &Folder| -> Vec<String> {
@@ -273,7 +276,7 @@ fn show(sheet: &mut Sheet, charts: impl Iterator<Item = (Drawn, String)>) {
     sheet.arrange(figures);
 }
 
-fn output(a: &Folder, b: &Folder, sheets: Vec<Sheet>) -> Output {
+fn report(a: &Folder, b: &Folder, sections: Vec<Section>) -> (Report, Manifest) {
     let side = |of: &Folder| {
         json!({
             "folder": of.path,
@@ -283,7 +286,7 @@ fn output(a: &Folder, b: &Folder, sheets: Vec<Sheet>) -> Output {
         })
     };
     let manifest = Manifest::new("compare", json!({ "a": side(a), "b": side(b) }), Vec::new());
-    let mut report = Report {
+    let report = Report {
         title: "Two results compared".into(),
         subtitle: format!(
             "A is {} and B is {}. Compared by afterbay {} on {}.",
@@ -292,13 +295,7 @@ fn output(a: &Folder, b: &Folder, sheets: Vec<Sheet>) -> Output {
             manifest.version,
             processor()
         ),
-        sections: Vec::new(),
+        sections,
     };
-    let mut artifacts: Vec<Artifact> = Vec::new();
-    for mut sheet in sheets {
-        artifacts.extend(sheet.artifacts);
-        sheet.section.blocks.sort_by_key(Block::place);
-        report.sections.push(sheet.section);
-    }
-    Output { report, artifacts, manifest }
+    (report, manifest)
 }

@@ -48,7 +48,7 @@ impl DataFormat {
     }
 }
 
-/// What a table in `data/NAME.csv` consists of, written beside it as `data/NAME.json`.
+/// The description of a table in `data/NAME.csv`, written beside it as `data/NAME.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Sidecar {
     /// The format of the table.
@@ -57,7 +57,7 @@ pub struct Sidecar {
     pub rows: usize,
     /// The columns in their order.
     pub columns: Vec<Column>,
-    /// Where the table comes from.
+    /// The origin of the table.
     pub provenance: Provenance,
 }
 
@@ -116,7 +116,7 @@ pub enum DataError {
     Sidecar {
         /// The file of the sidecar.
         path: PathBuf,
-        /// Why it cannot be read.
+        /// The reason for which it cannot be read.
         why: String,
     },
     /// The array and its sidecar do not agree.

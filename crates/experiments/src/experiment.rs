@@ -30,9 +30,9 @@ pub use about::{stops, unswept};
 use crate::claim::{Finding, counted};
 use crate::journal::{Afresh, Ledger};
 use crate::record::{Manifest, Output, RunOutcome, processor};
-use crate::report::{Block, Report};
+use crate::report::Report;
 use crate::scene::{Scene, Studies, Task};
-use crate::sheet::{ReportError, Sheet};
+use crate::sheet::{Gathered, ReportError, Sheet};
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::study::cell::Cell;
 use afterbay_analysis::study::outcome::INTERRUPTED;
@@ -281,12 +281,10 @@ fn finish_as(
     scene: &Scene,
     sheets: Vec<Sheet>,
 ) -> Result<Results, ReportError> {
-    let document = serde_json::to_value(&scene.document).unwrap_or_default();
-    let findings: Vec<Finding> =
-        sheets.iter().flat_map(|sheet| sheet.findings.iter().cloned()).collect();
-    let runs = sheets.iter().flat_map(|sheet| sheet.runs.iter().cloned()).collect();
-    let manifest = Manifest::new(command, document, runs);
-    let mut report = Report {
+    let Gathered { sections, artifacts, findings, runs } =
+        sheets.into_iter().collect::<Gathered>().in_order();
+    let manifest = Manifest::new(command, scene.json(), runs);
+    let report = Report {
         title: scene.title.clone().unwrap_or_else(|| scene.problem.model.name().into()),
         subtitle: format!(
             "{} by afterbay {} on {} ({}). {}",
@@ -303,13 +301,7 @@ fn finish_as(
                 None => "All quantities are in the units of the scene.",
             }
         ),
-        sections: Vec::new(),
+        sections,
     };
-    let mut artifacts = Vec::new();
-    for mut sheet in sheets {
-        artifacts.extend(sheet.artifacts);
-        sheet.section.blocks.sort_by_key(Block::place);
-        report.sections.push(sheet.section);
-    }
     Ok((Output { report, artifacts, manifest }, findings))
 }

@@ -3,10 +3,10 @@
 //!
 //! Each command appends to its own file `parts/K-of-N.jsonl` below the folder of the results. The
 //! first line is the [`Header`]. Each further line is a finished cell, its result in CBOR and
-//! base64, with a checksum. A line is written at once, so that a command that is killed loses at
-//! most the cells under way: what follows the last whole line is dropped. Long cells have lines of
-//! their own now and then, from which they go on; the last counts. The rows of a long trajectory
-//! are in files beside the journal ([`Shelf`]), and its lines say how many of them count. Files are
+//! base64, with a checksum. A line is written at once, and an incomplete last line is dropped, so
+//! that a command that is killed loses at most the cells under way. A long cell also has lines with
+//! checkpoints; it continues from the last of them. The rows of a long trajectory are in files
+//! beside the journal ([`Shelf`]), and the lines state how many of these rows are valid. Files are
 //! locked while a command uses them.
 
 mod error;
@@ -51,7 +51,7 @@ fn cut(file: &mut File, length: u64, header: &Header, path: &Path) -> Result<(),
 /// The folders of the journals of studies and of runs, below that of the results.
 const PARTS: [&str; 2] = ["parts", "parts-of-run"];
 
-/// How a command treats the cells that are in the journals of its folder.
+/// The treatment of cells that are already in the journals of the folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// It refuses to begin if some of its cells are finished and others are not.
@@ -82,6 +82,17 @@ pub struct Journal {
     /// Held as long as the folder is used.
     _lock: File,
     _beside: Option<Beside>,
+}
+
+/// The journals of all shards of a folder, and what they belong to.
+#[derive(Debug)]
+pub struct Joined {
+    /// The cells of all journals.
+    pub journal: Journal,
+    /// The command that was run.
+    pub task: Task,
+    /// Its scene.
+    pub scene: Scene,
 }
 
 impl Journal {
@@ -159,13 +170,13 @@ impl Journal {
         Ok(Self { file, found, own, reused, kept, damaged, mixed, shelf, _lock, _beside })
     }
 
-    /// Opens the journals of all shards of a folder, to join their cells. Also returns the command
-    /// and the scene. A folder without studies is asked for runs.
+    /// Opens the journals of all shards of a folder, to join their cells. A folder without studies
+    /// is asked for runs.
     ///
     /// # Errors
     /// [`JournalError`] where there is nothing to join, a command still runs, or journals belong to
     /// different scenes or versions.
-    pub fn join(folder: &Path, task: Task) -> Result<(Self, Task, Scene), JournalError> {
+    pub fn join(folder: &Path, task: Task) -> Result<Joined, JournalError> {
         let nothing = || JournalError::Nothing { folder: folder.into(), task };
         let [study, run] = PARTS.map(|name| folder.join(name));
         let parts = if task == Task::Run || !study.is_dir() { run } else { study };
@@ -192,7 +203,7 @@ impl Journal {
         let (_lock, _beside) = (lock, None);
         let journal =
             Self { file, found, own, reused, kept, damaged, mixed, shelf, _lock, _beside };
-        Ok((journal, header.task, scene))
+        Ok(Joined { journal, task: header.task, scene })
     }
 
     /// The number of cells of this command.

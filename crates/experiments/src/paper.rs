@@ -1,9 +1,9 @@
-//! The paper's experiment, what its figures show when they are made again, and what it announces
-//! but does not show.
+//! The paper's experiment: its figures made again, and the results that it announces but does not
+//! show.
 //!
-//! One module a part of the report, and each part a list of findings (`claim.rs`). The rule they
-//! are judged by is in `rule.rs`. The paper gives no horizon for its figures; [0, 20] stands for it
-//! wherever nothing else is said.
+//! Each module makes one part of the report, a list of findings (`claim.rs`). The rule that judges
+//! them is in `rule.rs`. The paper gives no end of time for its figures; it is 20 here unless
+//! something else is said.
 
 mod energy_balance;
 mod errata;
@@ -19,7 +19,7 @@ use crate::claim::{Finding, counted};
 use crate::record::{Manifest, Output, RunOutcome, processor};
 use crate::report::{Block, Report, Section};
 use crate::scene::suggestion;
-use crate::sheet::{ReportError, Sheet};
+use crate::sheet::{Gathered, ReportError, Sheet};
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::study::Problem;
@@ -87,7 +87,7 @@ impl Paper<'_> {
     }
 }
 
-/// A part of the report: the methods it names, and what makes it.
+/// A part of the report: its heading, the methods it names, and the function that makes it.
 struct Part {
     heading: &'static str,
     methods: &'static [&'static [&'static str]],
@@ -105,7 +105,7 @@ const PARTS: [Part; 8] = [
     many_degrees::PART,
 ];
 
-/// Runs the paper. Gives all there is to write down, and the findings in brief.
+/// Runs the paper's experiment, and returns the output and its findings.
 ///
 /// # Errors
 /// [`ReportError`] if a study is refused; a run that fails is a row in its table.
@@ -149,11 +149,9 @@ pub fn run_with(
         "figure_step": FIGURE_STEP,
         "extent": extent,
     });
-    let findings: Vec<Finding> =
-        sheets.iter().flat_map(|sheet| sheet.findings.iter().cloned()).collect();
-    let runs = sheets.iter().flat_map(|sheet| sheet.runs.iter().cloned()).collect();
+    let Gathered { sections, artifacts, findings, runs } = sheets.into_iter().collect();
     let manifest = Manifest::new("paper", scene, runs);
-    let mut report = Report {
+    let report = Report {
         title: "Dissipative systems with an energy reservoir: the paper, run again".into(),
         subtitle: format!(
             "afterbay {} on {} ({}). A. Kobus, Forced extension of GNI techniques to \
@@ -163,13 +161,8 @@ pub fn run_with(
             processor(),
             counted(manifest.threads, "thread")
         ),
-        sections: vec![summary(&findings)],
+        sections: std::iter::once(summary(&findings)).chain(sections).collect(),
     };
-    let mut artifacts = Vec::new();
-    for sheet in sheets {
-        artifacts.extend(sheet.artifacts);
-        report.sections.push(sheet.section);
-    }
     Ok((Output { report, artifacts, manifest }, findings))
 }
 

@@ -117,7 +117,7 @@ impl Artifact {
     }
 }
 
-/// The origin of the output: what is needed to reproduce it, and the machine it was made on.
+/// The origin of the output: the data that reproduce it, and the machine on which it was made.
 #[derive(Clone, Debug, Serialize)]
 pub struct Manifest {
     /// Version of afterbay.
@@ -306,7 +306,7 @@ pub enum StorageError {
     File {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// A file has the name or the kind of a result, and there is no record of afterbay beside it.
@@ -325,7 +325,7 @@ pub enum StorageError {
     Picture {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason, in words.
         why: String,
     },
     /// A row could not be serialized as CSV.
@@ -333,7 +333,7 @@ pub enum StorageError {
     Table {
         /// The table.
         name: String,
-        /// Why.
+        /// The cause.
         source: csv::Error,
     },
     /// A table could not be translated to its format.
@@ -341,13 +341,13 @@ pub enum StorageError {
     Translation {
         /// The file.
         name: String,
-        /// Why.
+        /// The cause.
         source: DataError,
     },
     /// The manifest could not be serialized as JSON.
     #[error("cannot write run.json: {source}")]
     Manifest {
-        /// Why.
+        /// The cause.
         source: serde_json::Error,
     },
 }

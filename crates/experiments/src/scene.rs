@@ -66,7 +66,7 @@ pub struct Scene {
     pub studies: Studies,
     /// The points at which everything is repeated.
     pub sweep: Option<Arc<Sweep>>,
-    /// The error of what does not follow an event that changes the state.
+    /// The error of a study that does not follow an event that changes the state.
     changing: Option<SceneError>,
 }
 
@@ -164,8 +164,9 @@ impl Scene {
         toml::to_string(&without_nulls(self.json()))
     }
 
-    fn json(&self) -> serde_json::Value {
-        serde_json::to_value(&self.document).unwrap_or_default()
+    /// The document as JSON. A document has strings as keys, so that it can be written.
+    pub(crate) fn json(&self) -> serde_json::Value {
+        serde_json::to_value(&self.document).expect("the keys of a document are strings")
     }
 
     /// The methods of `[run]` and of all studies, each once, in the order of their first mention.

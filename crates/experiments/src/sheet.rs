@@ -59,9 +59,47 @@ pub(crate) struct Sheet {
     pub(crate) artifacts: Vec<Artifact>,
     pub(crate) findings: Vec<Finding>,
     pub(crate) runs: Vec<RunOutcome>,
-    /// Numbers for the charts of a sweep beside those of the findings: of what, which, and its
-    /// value.
-    pub(crate) numbers: Vec<(String, String, f64)>,
+    /// Numbers for the charts of a sweep beside those of the findings.
+    pub(crate) numbers: Vec<Number>,
+}
+
+/// A number for the charts of a sweep.
+pub(crate) struct Number {
+    /// Its subject, such as a method.
+    pub(crate) of: String,
+    /// What it is, such as a coordinate.
+    pub(crate) what: String,
+    pub(crate) value: f64,
+}
+
+/// The parts of a report and of its record that come from its sections.
+#[derive(Default)]
+pub(crate) struct Gathered {
+    pub(crate) sections: Vec<Section>,
+    pub(crate) artifacts: Vec<Artifact>,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) runs: Vec<RunOutcome>,
+}
+
+impl Gathered {
+    /// With the blocks of each section in the order of [`Block::place`].
+    pub(crate) fn in_order(mut self) -> Self {
+        self.sections.iter_mut().for_each(|section| section.blocks.sort_by_key(Block::place));
+        self
+    }
+}
+
+impl FromIterator<Sheet> for Gathered {
+    fn from_iter<I: IntoIterator<Item = Sheet>>(sheets: I) -> Self {
+        let mut all = Self::default();
+        for Sheet { section, artifacts, findings, runs, .. } in sheets {
+            all.sections.push(section);
+            all.artifacts.extend(artifacts);
+            all.findings.extend(findings);
+            all.runs.extend(runs);
+        }
+        all
+    }
 }
 
 impl Sheet {

@@ -90,7 +90,7 @@ impl Graph {
 }
 
 impl Program {
-    /// Whether what the program computes is singular somewhere on a line, given the ends of the
+    /// Whether a result of the program is singular somewhere on a line, given the ends of the
     /// parameter of the line, the frame, and the inputs over a part of the line.
     pub fn is_singular(
         &self,

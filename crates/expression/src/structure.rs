@@ -131,8 +131,8 @@ impl Graph {
         kinks
     }
 
-    /// Those of these nodes that are constant between jumps: ⌊x⌋, signs, and functions of such. The
-    /// operands of a node come before it.
+    /// The nodes among these that are constant between jumps: ⌊x⌋, signs, and functions of these
+    /// two. The operands of a node must come before it.
     fn levels(&self, nodes: &[Node]) -> HashSet<Node> {
         let mut levels = HashSet::new();
         for &node in nodes {

@@ -61,7 +61,7 @@ impl TruncatedPower {
     /// x₊^c
     pub(crate) fn at<T: Scalar>(self, x: T) -> T {
         let zero = T::zero();
-        // The same number where it counts. An interval that reaches below 0 has a root in this way.
+        // For x > 0 this is x. It also gives a root for an interval that reaches below 0.
         let size = x.abs();
         let power = match self.whole_part() {
             Some(n) if n < 0 => (whole_power(size, n.unsigned_abs() - 1) * size.sqrt()).recip(),

@@ -1,4 +1,4 @@
-//! Step size control, shared by the adaptive methods: the error allowed of a step, and bounds of a
+//! Step size control, shared by the adaptive methods: the error allowed for a step, and bounds of a
 //! system's frequencies. The module also contains the projection onto K, which implicit methods of
 //! fixed step use too.
 

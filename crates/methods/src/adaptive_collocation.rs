@@ -9,7 +9,7 @@
 //! w1 = w0 + h Σ b_i D(q_i, p_i, v_i) v_i
 //! ```
 //!
-//! is solved by fixed-point sweeps until the remaining error is a tenth of the error allowed of the
+//! is solved by fixed-point sweeps until the remaining error is a tenth of that allowed for the
 //! step. Then (q1, p1) is projected onto `H = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled
 //! by the tolerances. The projection is of the size of the error of the step. K is exact, and w is
 //! not changed by the projection. Since the weights are positive, Δw ≥ 0 where the system is
@@ -17,10 +17,10 @@
 //! Steps that cannot be projected, near an equilibrium, and steps of stiff systems are taken by
 //! [`crate::Collocation`], which conserves K without projection.
 //!
-//! Order 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), in q, p and w, also
+//! The order in q, p and w is 8 (K = 4) for a relative tolerance above 1e-5, else 16 (K = 8), also
 //! between steps: a sample is a step of its own from the beginning of the current step, with K
-//! exact. A-stable. Newton's method replaces the sweeps if these limit the step size over many
-//! steps.
+//! exact. The method is A-stable. Newton's method replaces the sweeps if these limit the step size
+//! over many steps.
 //!
 //! A step aims at its share, by length, of the error allowed at the end. If errors neither decay
 //! nor cancel, the error at the end equals the tolerance; if solutions converge, or errors cancel,
@@ -42,6 +42,7 @@ mod stages;
 mod stiffness;
 
 use crate::adaptive::adaptive_of_orders;
+use crate::linear::check_derivatives;
 use afterbay_core::{Curvature, InputError, Quad, Tolerance, Vector};
 use engine::Engine;
 use gauss::Gauss;
@@ -68,6 +69,7 @@ impl<V: Vector> Order<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
+        check_derivatives("adaptive-collocation", system)?;
         Ok(if tolerance.relative > LEAST_COARSE_TOLERANCE {
             Self::Eight(Box::new(Engine::new(system, &FOUR, tolerance, span)))
         } else {

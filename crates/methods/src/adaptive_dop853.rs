@@ -5,7 +5,7 @@
 //! Differential Equations I, II.5 and II.10. The step, its error control and the projection onto K
 //! are those of [`crate::adaptive_explicit`].
 //!
-//! Order 8 in q, p and w, also between steps. Two weights are negative, so the method is not
+//! The order in q, p and w is 8, also between steps. Two weights are negative, so the method is not
 //! passive. The stability region contains the half disc |hλ| < 5.96, Re λ ≤ 0, the largest of the
 //! explicit methods here per evaluation: where the fastest frequency limits the steps, as on long
 //! chains, no other is cheaper. For stiff systems use [`crate::AdaptiveRadau`].

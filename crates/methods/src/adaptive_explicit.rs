@@ -54,7 +54,7 @@ const MOST_STEPS_ELSEWHERE: u32 = 32;
 #[derive(Clone, Debug)]
 pub struct Workspace<V: Vector> {
     stages: Stages<V>,
-    /// Whether the first stage, and H, belong to the current state.
+    /// Whether the first stage belongs to the current state, and whether `energy` does.
     begun: bool,
     measured: bool,
     energy: V::Scalar,
@@ -74,7 +74,8 @@ pub struct Workspace<V: Vector> {
     last_defect: f64,
     /// An upper bound of |λ| ([`Rates::bounds`]); 0 if none is known.
     fastest: f64,
-    /// The steps since it was computed, and those until it is computed anew.
+    /// The steps since it was computed, and the number of them after which it is computed anew near
+    /// the limit of stability.
     since: u32,
     until: u32,
     rates: Rates<V>,

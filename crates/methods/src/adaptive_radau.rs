@@ -6,8 +6,8 @@
 //! ```
 //!
 //! E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5 and IV.8; J. Comput.
-//! Appl. Math. 111 (1999) 93-111. Order 2s - 1 in q, p and w, also between steps: a sample is a
-//! step of its own from the beginning of the current step, with K exact. Order 5 (s = 3) for a
+//! Appl. Math. 111 (1999) 93-111. The order in q, p and w is 2s - 1, also between steps: a sample
+//! is a step of its own from the beginning of the current step, with K exact. It is 5 (s = 3) for a
 //! tolerance above 1e-3, 13 (s = 7) up to 1e-8, and 9 (s = 5) between; the smaller of the relative
 //! tolerances of (q, p) and w counts.
 //!

@@ -18,9 +18,9 @@
 //! exceeds rounding, the step is repeated with twice the nodes, up to 64, and fails if these do not
 //! resolve H either. [`Workspace::defect`] returns the error of K.
 //!
-//! Order 2s in q, p and w, symmetric, A-stable on linear systems but not L-stable. Passive where
-//! the system is, at every order, since the weights are positive and D·v ≥ 0 for D = R v with
-//! passive R.
+//! The method has order 2s in q, p and w, is symmetric, and is A-stable on linear systems but not
+//! L-stable. It is passive where the system is, at every order, since the weights are positive and
+//! D·v ≥ 0 for D = R v with passive R.
 //!
 //! The equations are solved by fixed-point iteration where it contracts, else by Newton's method.
 //! Its linear equations decouple into one system per eigenvalue, with N unknowns each, and cost
@@ -29,7 +29,7 @@
 //!
 //! A step **fails** and leaves the state unchanged where Newton's iteration finds no solution that
 //! continues from h = 0, and where the coupling is all-to-all and the matrices would need more than
-//! 4 GB. For scalars that hold one number: convergence is tested in `f64`.
+//! 4 GB. The scalar must hold one number, since convergence is tested in `f64`.
 
 mod defect;
 mod equations;
@@ -43,6 +43,7 @@ mod rule;
 mod spectrum;
 
 use crate::legendre::MODES;
+use crate::linear::check_derivatives;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, State, StepFailure, Vector};
 
@@ -89,6 +90,7 @@ where
         if !(2 * self.stages..=MOST_NODES).contains(&self.nodes) {
             return Err(outside("nodes", self.nodes, "twice the stages to 64"));
         }
+        check_derivatives("collocation", system)?;
         Ok(Workspace::new(system, self.stages, self.nodes))
     }
 

@@ -8,10 +8,10 @@
 //! z̄ = (z0 + z1)/2         D̄ = D(z̄), with the velocity ∇̄H_p for ∂H/∂p
 //! ```
 //!
-//! O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467, with the reservoir of the paper. Order 2 in q,
-//! p and w, symmetric, A-stable on linear systems but not L-stable. K is exact at any step:
-//! `H1 - H0 = ∇̄H·Δz = -Σ Δw_j`. Passive where the system is: with D = R(z) ∂H/∂p,
-//! `Σ Δw_j = h ∇̄H_p·R(z̄) ∇̄H_p ≥ 0`.
+//! O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467, with the reservoir of the paper. The method has
+//! order 2 in q, p and w, is symmetric, and is A-stable on linear systems but not L-stable. K is
+//! exact at any step: `H1 - H0 = ∇̄H·Δz = -Σ Δw_j`. The method is passive where the system is: with
+//! D = R(z) ∂H/∂p, `Σ Δw_j = h ∇̄H_p·R(z̄) ∇̄H_p ≥ 0`.
 //!
 //! **Rounding.** λ is of the size of Δz, but its numerator is known only to ε|H|. This changes H1
 //! by ε|H|, which is the rounding of K in any case. It changes z1 by h ε|H|/|Δz|, which is a

@@ -7,9 +7,9 @@
 //! ```
 //!
 //! It is the Gauss method with one stage (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
-//! Integration, II.1), with the reservoir of the paper. Order 2 in q, p and w, symmetric,
-//! symplectic without dissipation, A-stable on linear systems but not L-stable. Passive where the
-//! system is, since `Σ Δw_j = h D̄·v̄`.
+//! Integration, II.1), with the reservoir of the paper. It has order 2 in q, p and w, is symmetric,
+//! symplectic without dissipation, and A-stable on linear systems but not L-stable. It is passive
+//! where the system is, since `Σ Δw_j = h D̄·v̄`.
 //!
 //! K is conserved where H is quadratic, since then `ΔH = ∇H(z̄)·Δz`. For other H its error is
 //! O(h²). [`Gonzalez`](crate::Gonzalez) adds to ∇H(z̄) the multiple of Δz that conserves K, and
@@ -21,7 +21,7 @@
 //!
 //! A step **fails** and leaves the state unchanged where Newton's iteration finds no solution, also
 //! by continuation from h = 0. Beyond the time scale of the system it may find a solution that does
-//! not continue from h = 0; this is not checked. For scalars that hold one number: the linear
+//! not continue from h = 0; this is not checked. The scalar must hold one number, since the linear
 //! equations are solved in `f64`.
 
 use crate::commit::commit;

@@ -14,8 +14,8 @@
 //! The ΔV_j sum to V(q1) - V(q0), so K is exact for any step size, any N and any D. Each equation
 //! is scalar: no linear algebra is needed, and a sweep costs O(N) if V couples neighbours only. One
 //! sweep has order 1. Its adjoint is the sweep in reversed order. Half a step of each gives a
-//! symmetric method of order 2; [`Composition`]s of these have higher orders. Passive where D is,
-//! as long as no substep runs backwards in time; beyond order 2 some substeps do.
+//! symmetric method of order 2; [`Composition`]s of these have higher orders. The method is passive
+//! where D is, as long as no substep runs backwards in time; beyond order 2 some substeps do.
 //!
 //! If D = C(q) p couples the momenta, friction acts between the sweeps; [`friction`] shows that
 //! this conserves K, the orders, and passivity of Σ Δw_j, for D = R(q) ∂H/∂p with R symmetric or

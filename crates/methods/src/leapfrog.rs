@@ -5,10 +5,10 @@
 //! p1 = p½ - h/2 (V'(q1) + D(q1, p½))        w1 = w0 + h/2 (D(q0, p½) + D(q1, p½)) p½/m
 //! ```
 //!
-//! Order 2, symmetric, explicit if D is linear in its momentum. The forces at q1 are reused by the
-//! next step. The error of K is O(h²). If D is passive, Δw ≥ 0. Unstable for hω larger than 2;
-//! damping D_j = b p_j does not change this limit. The equation for p½ is solved separately for
-//! each momentum, so systems whose D couples the momenta are refused.
+//! The method has order 2, is symmetric, and is explicit if D_j is linear in p_j. The next step
+//! reuses the forces at q1. The error of K is O(h²). If D is passive, Δw ≥ 0. The method is
+//! unstable for hω > 2; damping D_j = b p_j does not change this limit. The equation for p½ is
+//! solved separately for each momentum, so systems whose D couples the momenta are refused.
 
 mod together;
 
@@ -303,7 +303,7 @@ where
     for j in 0..state.dof() {
         let drag = system.dissipation_of(state.q.as_slice(), state.p.as_slice(), j);
         if h.half().mul_add(drag.by_p, V::Scalar::one()) == V::Scalar::zero() {
-            return StepFailure::Singular { dof: j, slope: 0.0 };
+            return StepFailure::Singular { dof: j, slope: Some(0.0) };
         }
     }
     not_finite_by_value(end)

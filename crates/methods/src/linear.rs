@@ -15,7 +15,7 @@ mod tridiagonal;
 
 use afterbay_core::InputError;
 use dense::Dense;
-pub(crate) use derivatives::{Derivative, Derivatives};
+pub(crate) use derivatives::{Derivative, Derivatives, NO_SUCH_DOF, check_derivatives};
 pub(crate) use gmres::Gmres;
 pub(crate) use number::Number;
 pub(crate) use phase_space::{PhaseSpace, Plane, Unsolvable};

@@ -18,8 +18,8 @@
 //! digits, and the errors of q, p, w and K in one step are roundings of their terms, for any step
 //! size. With more, a step amplifies the rounding errors of the series by h |A|: K is conserved to
 //! about 1 + h |A| roundings, and steps with h |A| beyond 1000 are refused. The error of K is the
-//! same in every step, so over a time t it may accumulate to t |A| roundings. Passive where the
-//! system is: where Δw_j ≥ 0 is required, a negative Δw_j caused by rounding is set to 0.
+//! same in every step, so over a time t it may accumulate to t |A| roundings. The method is passive
+//! where the system is: where Δw_j ≥ 0 is required, a negative Δw_j caused by rounding is set to 0.
 //!
 //! A linear system may be driven by forces that are sums of sines and cosines of t
 //! ([`afterbay_core::Harmonics`]), with up to 12 degrees of freedom and 12 frequencies. The sines

@@ -13,8 +13,8 @@ use crate::legendre::{gauss, narrow};
 use afterbay_core::{Mask, Quad, Quantity, Scalar, StepFailure, Vector, larger_or_nan};
 use std::sync::LazyLock;
 
-/// The largest number of spans, and hence about the largest h |A|. A choice:
-/// a limit of the work.
+/// The largest number of spans, and hence about the largest h |A|. A choice: a limit of
+/// the work.
 const MOST_SPANS: f64 = 1000.0;
 
 /// y(h), and the terms of the series in the current span.

@@ -27,12 +27,13 @@
 //!
 //! For symmetric S, `∇̄H·Δz = ∫ g·y' = -∫ D̂·v`, since the contributions of S y cancel between the
 //! ends. So `H1 - H0 = ∇̄H·Δz = -Σ Δw_j`, and K is exact for any step size and any S, R and E.
-//! Order 2 in q, p and w, symmetric; exact, including w, if H is quadratic and D linear in (q, v).
+//! The method has order 2 in q, p and w and is symmetric. It is exact, including w, if H is
+//! quadratic and D linear in (q, v).
 //!
 //! R satisfies D̄ = D(z̄, v = 0) + R ∇̄H_p, and its symmetric part is positive semidefinite where
 //! the system is passive (`slopes.rs`). R is the matrix itself if D is linear in v, a diagonal
 //! matrix of secants if each reservoir is passive by itself, and otherwise a multiple of 1 plus a
-//! skew part. E is ∂D/∂q if the system is linear, else 0. Then D̂ = R v, and the steps are passive
+//! skew part. E is ∂D/∂q at fixed v if the system is linear, else 0. Then D̂ = R v, and the steps are passive
 //! where the system is, in each degree of freedom or in the sum, because the quadrature weights are
 //! positive. Friction must be computed from the velocity v, as
 //! [`afterbay_core::System::dissipation`] requires. Friction computed from p has R = 0; K and order

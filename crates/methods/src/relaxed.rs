@@ -29,7 +29,7 @@
 //! does not change (|hλ| ≈ 2.8 for rk4), and where f·H''f, the curvature of H along the step, is so
 //! small that K hardly depends on γ; for example on the flanks of a double well, where it changes
 //! sign. Steps so short that they change K by roundings alone have γ = 1, and these roundings are
-//! taken from the largest Δw_j. For scalars that hold one number.
+//! taken from the largest Δw_j. The scalar must hold one number: there are no lanes.
 
 mod direction;
 mod root;

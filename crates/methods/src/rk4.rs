@@ -6,9 +6,9 @@
 //! f = (∂H/∂p, -∂H/∂q - D, D ∂H/∂p)
 //! ```
 //!
-//! W. Kutta, Z. Math. Phys. 46 (1901) 435-453. Order 4, explicit, applies to any system. The error
-//! of K is O(h⁴). Since the weights are positive, Δw ≥ 0 for every passive system, whatever H is.
-//! Unstable for |hλ| larger than about 2.8.
+//! W. Kutta, Z. Math. Phys. 46 (1901) 435-453. The method has order 4, is explicit, and applies to
+//! any system. The error of K is O(h⁴). Since the weights are positive, Δw ≥ 0 for every passive
+//! system, whatever H is. The method is unstable for |hλ| larger than about 2.8.
 //!
 //! No equation is **solved**. A step **fails** and leaves the state unchanged where a number is not
 //! finite ([`StepFailure::NonFinite`]).

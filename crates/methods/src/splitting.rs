@@ -20,7 +20,7 @@
 //! step ended and its target of H, so that roundings of K do not accumulate. For any other (q, p) H
 //! is computed anew.
 //!
-//! Explicit if D is linear in its momentum; otherwise each p½ solves a scalar equation. Systems
+//! It is explicit if D_j is linear in p_j; otherwise each p½ solves a scalar equation. Systems
 //! whose D couples the momenta are refused. With one kick the method is passive where D is. Higher
 //! orders have negative kicks, which take dissipated energy out of w.
 //!
@@ -28,7 +28,7 @@
 //! happens beyond the limit of stability, which the projection does not change: |hω| = 2, 6.3 and
 //! 6.1 at orders 2, 4 and 6. It happens before that limit if the fastest mode has much of the
 //! energy. For |hω| between 3.13 and 3.17 a mode grows by up to 1.4 % (order 4) or 0.8 % (order 6)
-//! a step. For scalars that hold one number.
+//! a step. The scalar must hold one number: there are no lanes.
 
 mod balance;
 

@@ -8,7 +8,7 @@
 use afterbay_experiments::counted;
 use afterbay_experiments::ReportError;
 use afterbay_experiments::experiment::{Cells, perform};
-use afterbay_experiments::journal::{Journal, JournalError, Ledger, Shard, Start};
+use afterbay_experiments::journal::{Joined, Journal, JournalError, Ledger, Shard, Start};
 use afterbay_analysis::progress::Progress;
 use afterbay_experiments::record::{Files, StorageError, prepare};
 use afterbay_experiments::scene::{MOST_BYTES, Scene, Task, text};
@@ -48,7 +48,7 @@ struct Arguments {
     threads: usize,
 }
 
-/// Why a rank ends early.
+/// The reason for which a rank ends early.
 #[derive(Debug, Error)]
 enum Trouble {
     #[error("cannot read {}: {source}", path.display())]
@@ -168,7 +168,7 @@ fn compute<C: Communicator>(
         let index = cell as usize;
         let clock = Instant::now();
         let result = cells.compute(index, journal, signal)?;
-        // What an interrupted run gives is not the result of the cell.
+        // The result of an interrupted run is not the result of the cell.
         if !signal.stopped() {
             journal.keep(&cells.plan()[index].key, &result, clock.elapsed())?;
         }
@@ -181,7 +181,7 @@ fn join(
     cells: &Cells<'_>,
     signal: &Signal,
 ) -> Result<(), Trouble> {
-    let (journal, task, scene) = Journal::join(out, task)?;
+    let Joined { journal, task, scene } = Journal::join(out, task)?;
     let missing = journal.missing(cells.plan()).count();
     if missing > 0 {
         return Err(Trouble::Missing { missing, all: cells.plan().len() });

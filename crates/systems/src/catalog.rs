@@ -109,7 +109,7 @@ impl SystemRow {
         }
     }
 
-    /// Whether the parameter is a whole number.
+    /// Whether the parameter is the number of degrees of freedom, a whole number.
     pub fn is_count(&self, index: usize) -> bool {
         self.dof.is_none() && index == 0
     }

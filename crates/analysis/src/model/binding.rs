@@ -1,6 +1,6 @@
 //! The system of a model in the scalars that studies need, and methods bound to it.
 
-use super::Model;
+use super::{DEGREES, Model, is_number_of_degrees};
 use afterbay_core::{Abilities, Corrected, InputError, Series, System, f64x8};
 use afterbay_methods::registry::{self, Row, Run};
 use afterbay_systems::catalog::{self, Compensable, Expandable, Number, Ranges, SystemRow, TERMS};
@@ -49,7 +49,7 @@ impl Model {
     {
         let exact = match self {
             Self::Listed(row, values) => {
-                let (n, values) = split(row, values);
+                let (n, values) = split(row, values)?;
                 let values: Vec<_> =
                     values.iter().map(|&x| Corrected::exact(T::from_f64(x))).collect();
                 T::corrected(row, n, &values)?
@@ -104,7 +104,7 @@ impl Model {
     ) -> Result<Arc<dyn Abilities<T>>, InputError> {
         match self {
             Self::Listed(row, values) => {
-                let (n, values) = split(row, values);
+                let (n, values) = split(row, values)?;
                 let names =
                     row.parameters[row.parameters.len().saturating_sub(values.len())..].iter();
                 let lifted: Vec<T> =
@@ -123,7 +123,7 @@ impl Model {
     pub(crate) fn expanded<T: Expandable>(&self) -> Result<Expanded<T>, InputError> {
         match self {
             Self::Listed(row, values) => {
-                let (n, values) = split(row, values);
+                let (n, values) = split(row, values)?;
                 let series: Vec<_> =
                     values.iter().map(|&x| Series::constant(T::from_f64(x))).collect();
                 Ok((T::series(row, n, &series)?, catalog::ranges(row, n, values)?))
@@ -140,14 +140,23 @@ impl Model {
 /// A system in Taylor series of a scalar, and in series of intervals.
 type Expanded<T> = (Arc<dyn System<Series<T, TERMS>>>, Arc<dyn System<Ranges>>);
 
-/// The number of degrees of freedom, which is the first parameter, and the other parameters.
-fn first(values: &[f64]) -> (usize, &[f64]) {
-    values.split_first().map_or((0, values), |(&n, rest)| (n as usize, rest))
-}
-
 /// The number of degrees of freedom and the other parameters.
-pub(super) fn split<'a>(row: &SystemRow, values: &'a [f64]) -> (usize, &'a [f64]) {
-    row.dof.map_or_else(|| first(values), |n| (n, values))
+///
+/// # Errors
+/// [`InputError::Parameter`] if the number is a parameter and not one of [`DEGREES`].
+pub(super) fn split<'a>(
+    row: &SystemRow,
+    values: &'a [f64],
+) -> Result<(usize, &'a [f64]), InputError> {
+    if let Some(n) = row.dof {
+        return Ok((n, values));
+    }
+    let (&n, rest) = values.split_first().unwrap_or((&0.0, values));
+    if is_number_of_degrees(n) {
+        Ok((n as usize, rest))
+    } else {
+        Err(InputError::Parameter { name: "n", value: n, range: DEGREES })
+    }
 }
 
 /// Whether the equations of a system are linear, so that a step of a linear method is a matrix.

@@ -17,7 +17,7 @@ mod repels;
 mod survey;
 mod units;
 
-use super::dynamics::Dynamics;
+use super::dynamics::{Dynamics, PiecePlan};
 use super::ensemble::{Ensemble, Member};
 use super::section::Section;
 use super::stability::MapError;
@@ -38,7 +38,7 @@ const SAMPLES: usize = 6;
 /// The basins of a problem.
 #[derive(Clone, Debug)]
 pub struct Basins {
-    /// The system, and the initial state of what the grid does not vary.
+    /// The system, and the initial values of the entries that the grid does not vary.
     pub problem: Problem,
     /// The stroboscopic section.
     pub section: Section,
@@ -98,7 +98,7 @@ impl Basins {
     ///
     /// # Errors
     /// Invalid input, such as a method that does not apply.
-    pub fn run(
+    fn map(
         &self,
         row: &'static Row,
         h_near: f64,
@@ -178,10 +178,11 @@ impl Dynamics for Basins {
     type Found = BasinMap;
 
     /// One piece: each run is compared with the attractors found before.
-    fn pieces(&self) -> Vec<(String, f64, usize)> {
+    fn pieces(&self) -> Vec<PiecePlan> {
         let runs: usize = self.axes.iter().map(|axis| axis.values.len()).product();
         let interval = self.section.interval(&self.problem.model).unwrap_or(1.0);
-        vec![(String::new(), interval * self.longest as f64 * runs as f64, runs)]
+        let time = interval * self.longest as f64 * runs as f64;
+        vec![PiecePlan { key: String::new(), time, runs }]
     }
 
     fn piece(
@@ -191,7 +192,7 @@ impl Dynamics for Basins {
         _piece: usize,
         progress: &dyn Progress,
     ) -> Result<BasinMap, MapError> {
-        Ok(self.run(row, h, progress)?)
+        Ok(self.map(row, h, progress)?)
     }
 
     fn join(&self, row: &'static Row, h: f64, pieces: Vec<BasinMap>) -> BasinMap {

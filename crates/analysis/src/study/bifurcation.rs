@@ -1,7 +1,7 @@
 //! Bifurcation diagrams: the states on a section, after a transient, against a parameter.
 
 use super::attractor::{Attractor, Traits};
-use super::dynamics::Dynamics;
+use super::dynamics::{Dynamics, PiecePlan};
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::growing::GROWING;
 use super::metric::Metric;
@@ -16,7 +16,6 @@ use crate::progress::Progress;
 use crate::study::stability::MapError;
 use afterbay_core::{State, StateRef};
 use afterbay_methods::registry::Row;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -158,22 +157,6 @@ impl Diagram {
 }
 
 impl Bifurcation {
-    /// The diagram of a method with steps of nearly h.
-    ///
-    /// # Errors
-    /// Invalid input, such as a value out of range. A run that fails keeps the points it has.
-    pub fn run(
-        &self,
-        row: &'static Row,
-        h: f64,
-        progress: &dyn Progress,
-    ) -> Result<Diagram, MapError> {
-        let pieces: Vec<usize> = (0..self.pieces().len()).collect();
-        let each = |&piece: &usize| self.piece(row, h, piece, progress);
-        let pieces = pieces.par_iter().map(each).collect::<Result<_, _>>()?;
-        Ok(self.join(row, h, pieces))
-    }
-
     fn model(&self, value: f64) -> Result<Model, MapError> {
         Ok(self.problem.model.with(&self.parameter, value)?)
     }
@@ -270,10 +253,10 @@ impl Dynamics for Bifurcation {
     type Found = Diagram;
 
     /// Runs side by side, or the values one after another upwards and downwards.
-    fn pieces(&self) -> Vec<(String, f64, usize)> {
+    fn pieces(&self) -> Vec<PiecePlan> {
         let interval = self.section.interval(&self.problem.model).unwrap_or(1.0);
         let time = interval * (self.transient + self.points) as f64;
-        let of = |name: String, runs: usize| (name, time * runs as f64, runs);
+        let of = |key, runs| PiecePlan { key, time: time * runs as f64, runs };
         if self.follow {
             return ["/up", "/down"].map(|way| of(way.into(), self.values.len())).into();
         }

@@ -42,12 +42,12 @@ pub trait Study: Sync {
     /// The cells, in the order in which their results are joined.
     fn cells(&self) -> Vec<Cell>;
 
-    /// The bytes of what all cells need, estimated.
+    /// The estimated size of the data that all cells need, in bytes.
     fn shared_bytes(&self) -> f64 {
         0.0
     }
 
-    /// Computes what all cells need.
+    /// Computes the data that all cells need.
     ///
     /// # Errors
     /// Invalid input, and a reference that cannot be computed.
@@ -69,9 +69,9 @@ pub trait Study: Sync {
         0.0
     }
 
-    /// Computes the next leg of a long cell, from what the legs before gave. The result does not
-    /// depend on which command computed those. A cell without legs is done at once. Rows that are
-    /// too many to be held go to files of the shelf.
+    /// Computes the next leg of a long cell from the result of the legs before. The result does not
+    /// depend on the commands that computed those legs. A cell without legs is computed as a whole.
+    /// Rows that are too many for the memory go to files of the shelf.
     ///
     /// # Errors
     /// Those of [`Study::compute`].

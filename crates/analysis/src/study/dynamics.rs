@@ -4,8 +4,20 @@ use super::cell::{Cell, Study};
 use super::stability::MapError;
 use crate::progress::Progress;
 use afterbay_methods::registry::{REFERENCE, Row};
+use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+/// A piece of a study of a method with one step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PiecePlan {
+    /// The end of the key of its cell, behind the method and the step.
+    pub key: String,
+    /// Its cost in units of time over all runs.
+    pub time: f64,
+    /// The number of runs that it reports to [`Progress`].
+    pub runs: usize,
+}
 
 /// The study of a method with one step. It consists of pieces that share nothing, at least one.
 pub trait Dynamics: Sync {
@@ -14,9 +26,8 @@ pub trait Dynamics: Sync {
     /// The result of a method and a step.
     type Found;
 
-    /// The name of each piece, its cost in units of time over all runs, and the number of runs that
-    /// it reports to [`Progress`].
-    fn pieces(&self) -> Vec<(String, f64, usize)>;
+    /// All pieces.
+    fn pieces(&self) -> Vec<PiecePlan>;
 
     /// Computes a piece with steps of nearly h.
     ///
@@ -32,6 +43,21 @@ pub trait Dynamics: Sync {
 
     /// Joins all pieces of a method and a step.
     fn join(&self, row: &'static Row, h: f64, pieces: Vec<Self::Piece>) -> Self::Found;
+
+    /// Computes all pieces with steps of nearly h, in parallel, and joins them.
+    ///
+    /// # Errors
+    /// Those of [`Dynamics::piece`].
+    fn run(
+        &self,
+        row: &'static Row,
+        h: f64,
+        progress: &dyn Progress,
+    ) -> Result<Self::Found, MapError> {
+        let each = |piece| self.piece(row, h, piece, progress);
+        let pieces = (0..self.pieces().len()).into_par_iter().map(each);
+        Ok(self.join(row, h, pieces.collect::<Result<_, _>>()?))
+    }
 }
 
 /// The plan of a study of attractors: methods at several steps, beside a reference.
@@ -73,8 +99,8 @@ impl<S: Dynamics> Study for DynamicsPlan<S> {
     fn cells(&self) -> Vec<Cell> {
         let pieces = self.study.pieces();
         let of_setting = |(row, h): (&'static Row, f64)| {
-            pieces.iter().map(move |(name, time, runs)| {
-                let key = format!("{}/h={h:?}{name}", row.name);
+            pieces.iter().map(move |PiecePlan { key, time, runs }| {
+                let key = format!("{}/h={h:?}{key}", row.name);
                 Cell { pieces: *runs, ..Cell::new(key, time / h) }
             })
         };

@@ -100,7 +100,7 @@ pub fn run(
     every: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<EnergyRun>, IntegrateError> {
-    compute_all(&Energy { problem, methods, h, every: every.max(1) }, progress)
+    compute_all(&Energy { problem, methods, h, every }, progress)
 }
 
 /// A study of the energy balance: a run of each method.
@@ -111,7 +111,7 @@ pub struct Energy<'a> {
     pub methods: &'a [&'static Row],
     /// The step.
     pub h: f64,
-    /// The steps between two states that are recorded, at least 1.
+    /// The steps between two states that are recorded. 0 counts as 1.
     pub every: u64,
 }
 
@@ -157,7 +157,7 @@ fn follow(
     let mut state = problem.start()?;
     let (n, motors) = (problem.model.degrees(), problem.model.motors());
     let reference = Reference { system: &*system, solution, n, motors: &motors };
-    let grid = Grid::<f64>::new(*h, problem.end)?;
+    let (grid, every) = (Grid::<f64>::new(*h, problem.end)?, (*every).max(1));
     let mut watch = Watch::new(&*system, &problem.model, state.state_ref())?;
     let (mut rows, mut largest, mut energy_before) = (Vec::new(), Measured::default(), None);
     let mut piece = Piece::new(progress);
@@ -265,4 +265,24 @@ fn energy_of(system: &dyn System<f64>, state: StateRef<'_, f64>, n: usize) -> f6
 fn largest_difference(found: &[f64], exact: &[f64]) -> f64 {
     let differences = found.iter().zip(exact).map(|(found, exact)| found - exact);
     differences.reduce(|most, x| if x.abs() > most.abs() { x } else { most }).unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use afterbay_methods::registry::find;
+    use afterbay_systems::catalog::DAMPED_OSCILLATOR;
+
+    #[test]
+    fn every_state_is_recorded_where_there_are_no_steps_between_two() {
+        let model = Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.1]);
+        let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 0.5 };
+        let methods = [find("rk4").expect("a method")];
+        let study = Energy { problem: &problem, methods: &methods, h: 0.125, every: 0 };
+        let shared = study.share(&Silent).expect("a reference");
+        let run = study.compute(&shared, 0, &Silent).expect("a run");
+        let times: Vec<f64> = run.rows.iter().map(|row| row.t).collect();
+        assert_eq!(times, [0.0, 0.125, 0.25, 0.375, 0.5]);
+    }
 }

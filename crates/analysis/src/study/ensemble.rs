@@ -34,8 +34,8 @@ pub(super) struct Member {
 /// Receives the states of a run on the section.
 pub(super) trait Watch: Send {
     /// Receives return number n, counted from 1, and the ranges of the motion since the return
-    /// before. The time is that since the start, the motors of a drive stand at the start of its
-    /// period. `Break` ends the run.
+    /// before. The time of the state is that since the start of the run; the motors of a drive are
+    /// at the start of its period. `Break` ends the run.
     fn see(&mut self, n: u64, state: StateRef<'_, f64>, path: &Ranges) -> ControlFlow<()>;
 
     /// Receives the state after a step, if [`Watch::WANTS_STEPS`].

@@ -1,4 +1,4 @@
-//! Whether a run grows all along, so that it shows no attractor.
+//! The test whether a run grows all along, so that it shows no attractor.
 
 use super::outcome::Ending;
 use super::ranges::Ranges;

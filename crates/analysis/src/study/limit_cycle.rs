@@ -27,7 +27,7 @@ pub use cycle::{Complex, Cycle};
 pub use event::Event;
 pub use failure::CycleFailure;
 
-use super::dynamics::Dynamics;
+use super::dynamics::{Dynamics, PiecePlan};
 use super::metric::Metric;
 use super::outcome::Ending;
 use super::section::Section;
@@ -165,8 +165,8 @@ impl Dynamics for LimitCycle {
     type Found = Cycles;
 
     /// One piece: a branch is followed from cycle to cycle.
-    fn pieces(&self) -> Vec<(String, f64, usize)> {
-        vec![(String::new(), self.transient, 1)]
+    fn pieces(&self) -> Vec<PiecePlan> {
+        vec![PiecePlan { key: String::new(), time: self.transient, runs: 1 }]
     }
 
     fn piece(
@@ -176,7 +176,7 @@ impl Dynamics for LimitCycle {
         _piece: usize,
         progress: &dyn Progress,
     ) -> Result<Cycles, MapError> {
-        let found = self.run(row, h, progress)?;
+        let found = self.cycles(row, h, progress)?;
         progress.advance();
         Ok(found)
     }
@@ -193,7 +193,7 @@ impl LimitCycle {
     /// # Errors
     /// Invalid input. A run that finds no cycle has the reason as its ending, and keeps the cycles
     /// that it found before.
-    pub fn run(
+    fn cycles(
         &self,
         row: &'static Row,
         h: f64,

@@ -13,9 +13,9 @@
 //! Ruelle, Rev. Mod. Phys. 57 (1985) 617-656; K. Geist, U. Parlitz and W. Lauterborn, Prog. Theor.
 //! Phys. 83 (1990) 875-893.
 //!
-//! Two figures check the sum. The mean of ln |det J_k|/h is computed by LU decomposition, and must
-//! equal it to rounding. The mean of the divergence of the equations, -Σ ∂D_j/∂p_j, is what it
-//! converges to as h → 0.
+//! Two figures check the sum of the exponents. The mean of ln |det J_k|/h is computed by LU
+//! decomposition, and must equal it to rounding. As h → 0 the sum converges to the mean of the
+//! divergence of the equations, -Σ ∂D_j/∂p_j.
 //!
 //! The standard error is that of the mean of the rates over the intervals between two rows:
 //! s/√n, with s the standard deviation of n rates. It counts intervals as independent. This holds
@@ -32,7 +32,7 @@
 mod growth;
 mod walk;
 
-use super::dynamics::Dynamics;
+use super::dynamics::{Dynamics, PiecePlan};
 use super::metric;
 use super::outcome::Ending;
 use super::section::Section;
@@ -46,6 +46,9 @@ use afterbay_methods::registry::Row;
 use growth::Growth;
 use serde::{Deserialize, Serialize};
 use walk::Walk;
+
+/// The most steps of a run. Their numbers are exact in `f64` up to about 9.007e15.
+const MOST_STEPS: f64 = 9e15;
 
 /// The Lyapunov exponents of a problem.
 #[derive(Clone, Debug)]
@@ -136,8 +139,8 @@ impl Dynamics for Lyapunov {
     type Found = Spectrum;
 
     /// One piece.
-    fn pieces(&self) -> Vec<(String, f64, usize)> {
-        vec![(String::new(), self.transient + self.time, 1)]
+    fn pieces(&self) -> Vec<PiecePlan> {
+        vec![PiecePlan { key: String::new(), time: self.transient + self.time, runs: 1 }]
     }
 
     fn piece(
@@ -147,7 +150,7 @@ impl Dynamics for Lyapunov {
         _piece: usize,
         progress: &dyn Progress,
     ) -> Result<Spectrum, MapError> {
-        let found = self.run(row, h, progress)?;
+        let found = self.spectrum(row, h, progress)?;
         progress.advance();
         Ok(found)
     }
@@ -165,7 +168,7 @@ impl Lyapunov {
     ///
     /// # Errors
     /// Invalid input. A run that fails keeps the rows it has.
-    pub fn run(
+    fn spectrum(
         &self,
         row: &'static Row,
         h: f64,
@@ -177,10 +180,15 @@ impl Lyapunov {
             None => Grid::<f64>::of(h, 1)?.h,
         };
         let rows = self.rows.max(1);
-        let between = self.steps(self.time / rows as f64, h)?.max(1);
-        let before = if self.transient == 0.0 { 0 } else { self.steps(self.transient, h)? };
+        let between = steps(self.time / rows as f64, h)?.max(1.0);
+        let before = if self.transient == 0.0 { 0.0 } else { steps(self.transient, h)? };
+        let all = before + rows as f64 * between;
+        if all > MOST_STEPS {
+            return Err(InputError::Budget { steps: all, limit: MOST_STEPS });
+        }
+        let [before, between] = [before, between].map(|steps| steps as u64);
         let turning = before.min(between);
-        let mut walk = Walk::new(&self.problem, row, h, before + rows * between, progress)?;
+        let mut walk = Walk::new(&self.problem, row, h, all as u64, progress)?;
         let (mut piece, none) = (Piece::new(progress), Growth::new(2 * model.degrees()));
         let (mut intervals, mut found) = (Vec::new(), Vec::new());
         let mut result = walk
@@ -203,14 +211,14 @@ impl Lyapunov {
         let (growth, power) = (of_motion(&intervals, &walk.from, h), of_displacements(&intervals));
         Ok(Spectrum { row, h, rows: found, growth, power, ending })
     }
+}
 
-    /// The number of steps in a time.
-    fn steps(&self, time: f64, h: f64) -> Result<u64, InputError> {
-        if !(time > 0.0 && time.is_finite()) {
-            return Err(InputError::End { end: time });
-        }
-        Ok((time / h).round() as u64)
+/// The number of steps in a time.
+fn steps(time: f64, h: f64) -> Result<f64, InputError> {
+    if !(time > 0.0 && time.is_finite()) {
+        return Err(InputError::End { end: time });
     }
+    Ok((time / h).round())
 }
 
 /// The row that the growth over intervals gives. All but the last have the same number of steps.
@@ -287,6 +295,19 @@ fn of_displacements(intervals: &[Growth]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Silent;
+    use afterbay_methods::registry::find;
+    use afterbay_systems::catalog::DUFFING;
+
+    #[test]
+    fn more_steps_than_can_be_counted_are_refused() {
+        let model = Model::of(&DUFFING, &[1.0, 0.0, 0.0]);
+        let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 1.0 };
+        let study = Lyapunov { problem, transient: 0.0, time: 1e30, rows: 3 };
+        let refused = study.run(find("rk4").expect("a method"), 1.0, &Silent);
+        let error = refused.expect_err("too many steps").to_string();
+        assert!(error.starts_with("1e30 steps are more than 9e15"), "{error}");
+    }
 
     const TEN: Growth = Growth {
         steps: 10,

@@ -36,7 +36,7 @@ pub struct Metric {
 }
 
 impl Metric {
-    /// That of a run, by the ranges of its motion that has settled, and by those of all of it.
+    /// The distance for a run, from the ranges of its settled motion and of its whole motion.
     pub(super) fn of(periods: &[Option<f64>], settled: &Ranges, run: &Ranges) -> Self {
         let (size, dof) = (settled.len(), settled.len() / 2);
         let units: Vec<f64> = (0..size).map(|j| unit(periods, settled, run, j)).collect();
@@ -52,7 +52,7 @@ impl Metric {
         Self { periods: periods.to_vec(), units, least, at_rest }
     }
 
-    /// That of given units.
+    /// The distance in given units.
     pub(super) fn with_units(periods: &[Option<f64>], units: Vec<f64>) -> Self {
         let least = vec![0.0; units.len()];
         Self { periods: periods.to_vec(), units, least, at_rest: false }

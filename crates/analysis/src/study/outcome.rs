@@ -73,7 +73,8 @@ pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::Pole { .. } => "pole",
         StepFailure::Unresolved { .. }
         | StepFailure::EdgeUnresolved { .. }
-        | StepFailure::BalanceLost { .. } => "unresolved",
+        | StepFailure::BalanceLost { .. }
+        | StepFailure::PartsAccumulate { .. } => "unresolved",
         StepFailure::AcrossSingularity { .. } => "singularity",
         StepFailure::NotGradient { .. } | StepFailure::NotPartial { .. } => "not-gradient",
         StepFailure::TooLong { .. } => "too-long",
@@ -82,6 +83,5 @@ pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::TooLarge { .. } => "too-large",
         StepFailure::Vanishes { .. } => "vanishes",
         StepFailure::EventsAccumulate { .. } => "events-accumulate",
-        StepFailure::KinksAccumulate { .. } => "kinks-accumulate",
     }
 }

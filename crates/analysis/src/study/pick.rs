@@ -2,12 +2,12 @@
 //!
 //! For each method of the registry the number of steps is raised until the errors of (q, p) and of
 //! w, at up to [`SAMPLES`] times along the run, are within the bound. Bisection then finds the
-//! least such number. A step is recommended only if all steps tried within 5 % of it and half of it
-//! are within the bound too. This excludes steps that meet the bound by chance or lie near a change
-//! of basin. Methods that choose their steps are searched by tolerance in the same way. The
-//! settings that qualify are timed one after another, those near the fastest several times. The
-//! winner is compared with a run of twice as many steps: their difference is an error estimate that
-//! needs no reference.
+//! least such number to 5 %. A step is recommended only if all steps tried within 5 % of it and
+//! half of it are within the bound too. This excludes steps that meet the bound by chance or lie
+//! near a change of basin. Methods that choose their steps are searched by tolerance in the same
+//! way. The settings that qualify are timed one after another, those near the fastest several
+//! times. The winner is compared with a run of twice as many steps: their difference is an error
+//! estimate that needs no reference.
 
 mod dense;
 mod search;
@@ -37,7 +37,7 @@ pub use trial::{SAMPLES, Trial};
 /// The requirements.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Wanted {
-    /// The largest error allowed for every q_j, p_j and w_j.
+    /// The largest error allowed for every q_j, p_j and w_j, in the unit of each.
     pub error: f64,
     /// Whether errors count at the end only.
     pub at_end: bool,
@@ -78,8 +78,8 @@ pub struct Pick {
     pub qualified: Vec<Candidate>,
     /// The methods that do not qualify, the nearest first.
     pub others: Vec<Candidate>,
-    /// The number of methods, next to the cheapest, that the noise of the times does not tell from
-    /// it.
+    /// The number of methods after the cheapest whose times differ from its time by no more than
+    /// noise.
     pub ties: usize,
     /// Every run that was tried, method after method.
     pub tried: Vec<Trial>,

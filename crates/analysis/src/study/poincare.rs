@@ -1,7 +1,7 @@
 //! Poincaré sections: the states of runs at every return to a section, after a transient.
 
 use super::attractor::{Attractor, Traits};
-use super::dynamics::Dynamics;
+use super::dynamics::{Dynamics, PiecePlan};
 use super::ensemble::{Ensemble, GROUP, Member, Watch};
 use super::metric::Metric;
 use super::outcome::Ending;
@@ -15,7 +15,6 @@ use crate::progress::Progress;
 use crate::words::{Word, word};
 use afterbay_core::{InputError, StateRef};
 use afterbay_methods::registry::Row;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -70,7 +69,7 @@ pub struct Portrait {
     pub rows: Vec<PoincareRow>,
     /// The outcome of the run from each start. One that grows all along is `growing`.
     pub endings: Vec<Ending>,
-    /// The distance of points from each start, and what the run shows beside them.
+    /// The distance of the points from each start, and further properties of the motion.
     motions: Vec<(Metric, Traits)>,
 }
 
@@ -87,36 +86,19 @@ impl Portrait {
     }
 }
 
-impl Poincare {
-    /// The points of a method with steps of nearly h.
-    ///
-    /// # Errors
-    /// Invalid input. A run that fails keeps the points it has.
-    pub fn run(
-        &self,
-        row: &'static Row,
-        h: f64,
-        progress: &dyn Progress,
-    ) -> Result<Portrait, MapError> {
-        let pieces: Vec<usize> = (0..self.pieces().len()).collect();
-        let each = |&piece: &usize| self.piece(row, h, piece, progress);
-        let pieces = pieces.par_iter().map(each).collect::<Result<_, _>>()?;
-        Ok(self.join(row, h, pieces))
-    }
-}
-
 impl Dynamics for Poincare {
     type Piece = (f64, Vec<Trail>);
     type Found = Portrait;
 
     /// Runs side by side.
-    fn pieces(&self) -> Vec<(String, f64, usize)> {
+    fn pieces(&self) -> Vec<PiecePlan> {
         let interval = self.section.interval(&self.problem.model).unwrap_or(1.0);
         let time = interval * (self.transient + self.points) as f64;
         let group = |first: usize| {
             let end = self.starts.len().min(first + GROUP);
             let runs = end - first;
-            (format!("/starts={}-{end}", first + 1), time * runs as f64, runs)
+            let key = format!("/starts={}-{end}", first + 1);
+            PiecePlan { key, time: time * runs as f64, runs }
         };
         (0..self.starts.len()).step_by(GROUP).map(group).collect()
     }
@@ -169,7 +151,7 @@ impl Dynamics for Poincare {
     }
 }
 
-/// The points of the run from one start, its outcome, and what it shows of its motion.
+/// The points of the run from one start, its outcome, and the properties of its motion.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Trail {
     rows: Vec<PoincareRow>,

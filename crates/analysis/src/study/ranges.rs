@@ -40,7 +40,7 @@ impl<T: Side> Ranges<T> {
 }
 
 impl Ranges {
-    /// Those of points (q, p).
+    /// The ranges of points (q, p).
     pub(super) fn of(points: &[Vec<f64>]) -> Self {
         let mut all = Self(vec![nothing(); points.first().map_or(0, Vec::len)]);
         for point in points {

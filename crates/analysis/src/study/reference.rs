@@ -64,16 +64,9 @@ fn last_word<T>(
 ) -> Result<Option<Solution<T>>, IntegrateError> {
     match found {
         Err(IntegrateError::Input(InputError::Budget { .. })) => Ok(None),
-        Err(IntegrateError::Input(InputError::SolutionEnds { .. })) if has_kinks(problem)? => {
+        Err(IntegrateError::Input(InputError::SolutionEnds { .. })) if problem.has_kinks()? => {
             Ok(None)
         }
         found => found.map(Some),
     }
-}
-
-fn has_kinks(problem: &Problem) -> Result<bool, IntegrateError> {
-    let (system, start) = (problem.model.system::<f64>()?, problem.start::<f64>()?);
-    let mut kinks = 0;
-    system.kinks(&start.q, &start.p, &mut |_| kinks += 1);
-    Ok(kinks > 0)
 }

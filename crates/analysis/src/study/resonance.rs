@@ -7,7 +7,7 @@
 
 use super::Problem;
 use super::bifurcation::Way;
-use super::dynamics::Dynamics;
+use super::dynamics::{Dynamics, PiecePlan};
 use super::motion::Motion;
 use super::numbered;
 use super::outcome::Ending;
@@ -78,7 +78,7 @@ pub struct ResonanceRow {
 }
 
 /// The names of the columns:
-/// `method,h,frequency,branch,amplitude_1..amplitude_N,supplied,dissipated, value,outcome`.
+/// `method,h,frequency,branch,amplitude_1..amplitude_N,supplied,dissipated,value,outcome`.
 pub fn columns(model: &Model) -> Vec<String> {
     let names = ["method", "h", "frequency", "branch"].map(String::from).into_iter();
     let last = ["supplied", "dissipated", "value", "outcome"].map(String::from);
@@ -89,22 +89,8 @@ impl Resonance {
     /// The section of one period.
     pub const SECTION: Section = Section::Stroboscopic { interval: None };
 
-    /// The curve of a method with steps of nearly h: frequencies upwards, then downwards.
-    ///
-    /// # Errors
-    /// Invalid input. A run that fails has a row without amplitudes, and the next begins at the
-    /// initial state.
-    pub fn run(
-        &self,
-        row: &'static Row,
-        h: f64,
-        progress: &dyn Progress,
-    ) -> Result<Vec<ResonanceRow>, MapError> {
-        let branch = |piece| move || self.piece(row, h, piece, progress);
-        let (up, down) = rayon::join(branch(0), branch(1));
-        Ok(self.join(row, h, vec![up?, down?]))
-    }
-
+    /// The frequencies in one order. A run that fails has a row without amplitudes, and the next
+    /// begins at the initial state.
     fn branch(
         &self,
         row: &'static Row,
@@ -214,16 +200,16 @@ impl Resonance {
 }
 
 impl Dynamics for Resonance {
-    /// The rows, and the failure of each: it is in no table.
+    /// The rows, each with its failure, which no table contains.
     type Piece = Vec<(ResonanceRow, Option<String>)>;
     type Found = Vec<ResonanceRow>;
 
     /// The frequencies one after another, upwards and downwards.
-    fn pieces(&self) -> Vec<(String, f64, usize)> {
+    fn pieces(&self) -> Vec<PiecePlan> {
         let interval = Self::SECTION.interval(&self.problem.model).unwrap_or(1.0);
         let runs = self.values.len();
         let time = interval * (self.transient + self.periods) as f64 * runs as f64;
-        ["/up", "/down"].map(|way| (way.to_owned(), time, runs)).into()
+        ["/up", "/down"].map(|way| PiecePlan { key: way.to_owned(), time, runs }).into()
     }
 
     fn piece(

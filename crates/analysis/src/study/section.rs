@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn an_interval_is_told_in_any_unit_and_has_to_be_known() {
-        let model = Model::named(&DUFFING, [("alpha", 1.0)]).expect("a system");
+        let model = Model::of(&DUFFING, &[1.0, 0.0, 0.0]);
         let of = |interval| Section::Stroboscopic { interval };
         let said = |interval: f64| of(Some(interval)).describe(&model);
         assert_eq!(said(2e-12), "once every 2.000000e-12");

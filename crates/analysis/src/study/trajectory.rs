@@ -28,8 +28,8 @@ pub struct Steps {
     pub h: f64,
     /// The number of steps between two states that are kept.
     pub every: u64,
-    /// The relative tolerance of methods that choose their steps.
-    pub tolerance: f64,
+    /// The relative tolerance, for methods that choose their steps.
+    pub tolerance: Option<f64>,
 }
 
 /// The steps of a leg that is computed step by step, times degrees of freedom. A choice: such a
@@ -147,7 +147,7 @@ pub struct Trajectory {
     pub rows: Vec<TrajectoryRow>,
     /// K and H of all states.
     pub balance: Balance,
-    /// How the run ended; `interrupted` while legs of it are left.
+    /// The ending of the run; `interrupted` while legs of it are left.
     pub ending: Ending,
 }
 
@@ -180,7 +180,7 @@ pub fn run(
     every: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<Trajectory>, IntegrateError> {
-    let steps = Steps { h, every, tolerance: f64::NAN };
+    let steps = Steps { h, every, tolerance: None };
     let of_method = |row: &&'static Row| {
         Trajectory::of_legs(Legs::new(problem, row)?, |legs, keep| {
             legs.advance(problem, row, steps, keep, progress)

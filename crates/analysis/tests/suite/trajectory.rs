@@ -5,9 +5,9 @@ use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
-use afterbay_analysis::study::trajectory::{Legs, Steps, TrajectoryRow, run};
+use afterbay_analysis::study::trajectory::{Legs, Steps, TrajectoryRow, dense, run};
 use afterbay_methods::registry::{Row, find};
-use afterbay_systems::{CustomDrive, DUFFING, DriveDescription};
+use afterbay_systems::{CustomDrive, DUFFING, DriveDescription, FPUT_CHAIN};
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicU64;
 
@@ -27,7 +27,7 @@ fn problem() -> Problem {
 /// The states that a run of five legs keeps, and its ending. `kept` writes what is kept between two
 /// legs, and reads it back.
 fn in_legs(problem: &Problem, row: &'static Row, kept: bool) -> (Vec<TrajectoryRow>, Ending) {
-    let steps = Steps { h: STEP, every: 7001, tolerance: 1e-6 };
+    let steps = Steps { h: STEP, every: 7001, tolerance: Some(1e-6) };
     let mut legs = Legs::new(problem, row).expect("a start");
     let (mut rows, mut count) = (Vec::new(), 0);
     while !legs.has_ended() {
@@ -79,7 +79,7 @@ fn w_does_not_depend_on_the_states_that_are_kept() {
 
 #[test]
 fn a_run_that_fails_in_a_later_leg_names_its_step() {
-    let model = Model::named(&DUFFING, [("alpha", -1e-7)]).expect("a system");
+    let model = Model::of(&DUFFING, &[-1e-7, 0.0, 0.0]);
     let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 2e7 };
     let row = find("rk4").expect("a method");
     let found = run(&problem, &[row], 1.0, 1000, &Silent).expect("a run");
@@ -98,12 +98,12 @@ fn a_run_that_chooses_its_steps_ends_between_two_states() {
     let forces = vec!["sign(sin(1e9*t))".to_owned()];
     let description = DriveDescription { forces, ..DriveDescription::default() };
     let (drive, _) = CustomDrive::new(&description, 1).expect("a drive");
-    let model = Model::named(&DUFFING, []).expect("a system");
+    let model = Model::of(&DUFFING, &[0.0; 3]);
     let model = Model::Driven(Box::new(model), drive);
     let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 2.0 };
     let row = find("adaptive-dop853").expect("a method");
     let mut legs = Legs::new(&problem, row).expect("a start");
-    let steps = Steps { h: 1.0, every: 1, tolerance: 1e-6 };
+    let steps = Steps { h: 1.0, every: 1, tolerance: Some(1e-6) };
     let mut rows = 0;
     let mut keep = |_| {
         rows += 1;
@@ -113,4 +113,45 @@ fn a_run_that_chooses_its_steps_ends_between_two_states() {
     legs.advance(&problem, row, steps, &mut keep, &after).expect("a leg");
     assert!(legs.has_ended());
     assert_eq!((legs.ending.outcome, legs.done(), rows), (INTERRUPTED, 0, 1));
+}
+
+#[test]
+fn no_state_is_kept_after_the_last_that_was_wanted() {
+    let model = Model::of(&DUFFING, &[1.0, 0.0, 0.0]);
+    let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 1.0 };
+    let row = find("moddg").expect("a method");
+    let mut legs = Legs::new(&problem, row).expect("a start");
+    let steps = Steps { h: 0.5, every: 1, tolerance: None };
+    let mut times = Vec::new();
+    let mut keep = |row: TrajectoryRow| {
+        times.push(row.t);
+        if times.len() == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    legs.sample(&problem, row, steps, 0.125, &mut keep, &Silent).expect("a leg");
+    assert_eq!(times, [0.0, 0.125, 0.25]);
+}
+
+#[test]
+fn a_problem_without_degrees_of_freedom_is_refused() {
+    let model = Model::of(&FPUT_CHAIN, &[0.0, 1.0, 0.1]);
+    let problem = Problem { model, q: vec![], p: vec![], end: 1.0 };
+    let refused = run(&problem, &[find("rk4").expect("a method")], 0.1, 1, &Silent);
+    let error = refused.map(drop).expect_err("no degree of freedom").to_string();
+    assert_eq!(error, "parameter n = 0.0 must be a whole number from 1 to 1e6");
+}
+
+#[test]
+fn a_method_that_chooses_its_steps_has_to_have_a_tolerance() {
+    let model = Model::of(&DUFFING, &[1.0, 0.0, 0.0]);
+    let problem = Problem { model, q: vec![1.0], p: vec![0.0], end: 1.0 };
+    let row = find("adaptive-dop853").expect("a method");
+    let steps = Steps { h: 0.5, every: 1, tolerance: None };
+    let found = [
+        run(&problem, &[row], 0.5, 1, &Silent).map(drop),
+        dense(&problem, row, steps, 0.25, &Silent).map(drop),
+    ];
+    for found in found {
+        let error = found.expect_err("no tolerance").to_string();
+        assert_eq!(error, "adaptive-dop853 does not apply: it takes a tolerance, not a step");
+    }
 }

@@ -78,15 +78,15 @@ pub enum StepFailure {
     },
     /// The linear equation of the step has no solution.
     #[error(
-        "the equation of degree of freedom {} is singular (its slope is {slope:e}): take another \
-         step",
-        dof + 1
+        "the equation of degree of freedom {} is singular{}: take another step",
+        dof + 1,
+        of_slope(*slope)
     )]
     Singular {
         /// The degree of freedom, from 0.
         dof: usize,
-        /// The slope.
-        slope: f64,
+        /// The slope, where the equation is solved by itself; none where a matrix is singular.
+        slope: Option<f64>,
     },
     /// The matrices of the equations exceed the memory allowed.
     #[error(
@@ -140,13 +140,15 @@ pub enum StepFailure {
         /// The number of events before the step is given up.
         count: u64,
     },
-    /// The motion passes kinks of the forces within one step without end, or stays close to one.
+    /// The motion is too fast or too stiff for the step, or passes kinks of the forces within it
+    /// without end.
     #[error(
-        "the force has so many kinks within one step that {parts} parts do not reach its end, as \
-         where a motion comes to rest on a kink: end before, or take a force that is smooth there"
+        "{parts} parts of the step do not reach its end: the motion is too fast or too stiff for \
+         it (take a smaller step), or meets kinks of the force without end, as where it comes to \
+         rest on one (take a force that is smooth there)"
     )]
-    KinksAccumulate {
-        /// The parts into which the step was divided.
+    PartsAccumulate {
+        /// The number of parts, those included that were taken again.
         parts: u32,
     },
     /// The ∂V/∂q_j that a separable system gives differs from that in its gradient, so that no step
@@ -249,6 +251,11 @@ pub enum StepFailure {
     },
 }
 
+/// The slope of an equation in brackets; nothing if it is not known.
+fn of_slope(slope: Option<f64>) -> String {
+    slope.map_or_else(String::new, |slope| format!(" (its slope is {slope:e})"))
+}
+
 /// A factor with three decimals, or in scientific notation if it is large.
 fn factor(x: f64) -> String {
     if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.2e}") }
@@ -287,6 +294,13 @@ mod tests {
             |value| StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value }.to_string();
         assert!(says(f64::NAN).contains("has no value"), "{}", says(f64::NAN));
         assert!(!says(f64::INFINITY).contains("has no value"), "{}", says(f64::INFINITY));
+    }
+
+    #[test]
+    fn the_slope_is_said_where_it_is_known() {
+        let says = |slope| StepFailure::Singular { dof: 0, slope }.to_string();
+        assert!(says(Some(-0.5)).contains("is singular (its slope is -5e-1): "));
+        assert!(says(None).contains("is singular: "), "{}", says(None));
     }
 
     #[test]

@@ -57,8 +57,8 @@ impl<T: Scalar> Updates<T> {
         self.last / self.before
     }
 
-    /// Whether the next update, predicted as [`Updates::ratio`] times the last, is at most `bound`;
-    /// without a division, and true where the last two are 0.
+    /// Whether the next update, predicted as [`Updates::ratio`] times the last, is at most `bound`.
+    /// The comparison needs no division; it is true where the last two updates are 0.
     #[inline(always)]
     pub fn next_is_at_most(&self, bound: T) -> T::Mask {
         (self.last * self.last).le(bound * self.before)

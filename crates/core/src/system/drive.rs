@@ -64,7 +64,8 @@ pub trait Drive<T: Scalar>: Send + Sync {
     /// ([`System::kinks`]).
     fn kinks(&self, _q: &[T], _t: T, _put: &mut dyn FnMut(T)) {}
 
-    /// Those of [`Drive::kinks`] that depend on q, too ([`System::kinks_of_state`]).
+    /// Passes to `put` the functions of [`Drive::kinks`] that depend on q, not on t alone
+    /// ([`System::kinks_of_state`]).
     fn kinks_of_state(&self, q: &[T], t: T, put: &mut dyn FnMut(T)) {
         self.kinks(q, t, put);
     }

@@ -116,8 +116,8 @@ pub trait System<T: Scalar>: Send + Sync {
     #[inline]
     fn kinks(&self, _q: &[T], _p: &[T], _put: &mut dyn FnMut(T)) {}
 
-    /// Those of [`System::kinks`] at which no step ends by [`System::step_between_breaks`]: they
-    /// depend on more than the time.
+    /// Passes to `put` the functions of [`System::kinks`] that depend on more than the time.
+    /// [`System::step_between_breaks`] ends no step at their zeros.
     #[inline]
     fn kinks_of_state(&self, q: &[T], p: &[T], put: &mut dyn FnMut(T)) {
         self.kinks(q, p, put);

@@ -56,8 +56,8 @@ pub struct Accounts<T> {
     pub pumped: Option<T>,
 }
 
-/// The state of a system with motors from that of the system alone: the motors stand at the time of
-/// the state and have supplied nothing.
+/// The state of a system with motors from that of the system alone. The coordinates of the motors
+/// are the time of the state, and the motors have supplied no energy.
 pub fn with_motors<T: Scalar>(state: &State<Vec<T>>, motors: usize) -> State<Vec<T>> {
     let with = |part: &[T], value: T| {
         part.iter().copied().chain(std::iter::repeat_n(value, motors)).collect()
@@ -74,8 +74,8 @@ pub fn with_motors<T: Scalar>(state: &State<Vec<T>>, motors: usize) -> State<Vec
 /// The energies exchanged up to a state with these motors.
 ///
 /// # Errors
-/// [`InputError::Length`] if the state has fewer degrees of freedom than these motors and what they
-/// drive.
+/// [`InputError::Length`] if the state has fewer degrees of freedom than these motors and those
+/// that they drive.
 pub fn accounts<T: Scalar>(
     state: StateRef<'_, T>,
     motors: &Motors,

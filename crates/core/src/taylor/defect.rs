@@ -39,8 +39,8 @@ pub struct Enclosed<S> {
     system: S,
 }
 
-/// The largest number of enclosures in one stride. A choice: a stride whose first part is shorter
-/// than about 2⁻⁴⁰ of it is not solved.
+/// The largest number of enclosures in one stride. A choice: a stride whose first part would be
+/// shorter than 2⁻⁴⁷ of it is not solved.
 const MOST_ENCLOSURES: u32 = 48;
 /// The shortest part, as a share of the solved parts before it; shorter ones are left to the next
 /// stride.
@@ -152,8 +152,8 @@ pub struct Sampled<'a, S: ?Sized>(pub &'a S);
 /// The number of equally spaced samples in a stride.
 pub const SAMPLES: usize = 48;
 
-/// The largest number of cuts of a stride, to an eighth each time, while its first sample is not
-/// solved: 8⁻¹² is 1e-11 of the stride.
+/// The number of lengths tried for a stride, each an eighth of the one before, until its first
+/// sample is solved. The last is 8⁻¹¹, about 1e-10, of the stride.
 const MOST_CUTS: i32 = 12;
 
 impl<V, S, const M: usize> Defect<V, M> for Sampled<'_, S>

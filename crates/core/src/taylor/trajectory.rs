@@ -58,10 +58,10 @@ const STRIDES_PER_DOUBLING: u32 = 4;
 /// Computes the flow from `start` by expansions with M terms and passes its states at the times of
 /// the grid, counted from the start, to `see`.
 ///
-/// The flow is analytic between [`System::kinks`]. Strides end just before a kink, closer each
-/// time, until one of a few roundings of t crosses it; a jump of the field has an effect for no
-/// longer than that. A stride ends where its `defect` is no longer small. `stop` is called before
-/// each.
+/// The flow is analytic between [`System::kinks`]. Strides approach a kink until a stride of a few
+/// roundings of t crosses it, so that no expansion is used beyond a kink for longer than that. A
+/// stride ends where its `defect` is no longer small. `stop` is called before each stride; if it
+/// returns true, the computation is interrupted.
 ///
 /// # Errors
 /// [`InputError::Length`] and [`InputError::NotFinite`] if `start` is no state of the system.

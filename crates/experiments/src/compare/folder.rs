@@ -1,4 +1,4 @@
-//! The folder of a result: what `run.json` says of its origin, and its tables.
+//! The folder of a result: its origin as `run.json` records it, and its tables.
 
 use super::CompareError;
 use super::table::Table;

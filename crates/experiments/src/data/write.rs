@@ -4,7 +4,7 @@ use super::column::Words;
 use super::{Column, DataError, DataFormat, Provenance, Sidecar};
 use crate::UnitsTable;
 use crate::record::{Artifact, Manifest};
-use afterbay_analysis::columns;
+use afterbay_analysis::columns::{self, TableColumns};
 use csv::StringRecord;
 use npyz::WriterBuilder;
 use serde::Serializer as _;
@@ -23,9 +23,9 @@ pub(crate) fn write(
 ) -> Result<Sidecar, DataError> {
     let units = serde_json::from_value::<UnitsTable>(manifest.scene["units"].clone());
     let units = units.unwrap_or_default();
-    let (cells, rows) = columns::of_table(&mut table.open()?)?;
+    let TableColumns { columns, rows } = columns::of_table(&mut table.open()?)?;
     let mut columns: Vec<Column> =
-        cells.into_iter().map(|cells| Column::of(cells, &units)).collect();
+        columns.into_iter().map(|cells| Column::of(cells, &units)).collect();
     match format {
         DataFormat::Csv => {
             io::copy(&mut table.open()?, to)?;

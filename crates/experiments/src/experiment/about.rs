@@ -87,12 +87,12 @@ fn list(numbers: &[f64]) -> String {
 const STOP: &str = "stop";
 /// The topic of the finding on events.
 const TOPIC: &str = "Events";
-/// That of the finding on a sweep.
+/// The topic of the finding on a sweep.
 const SWEEP: &str = "Sweep";
 /// The reading of a quantity that the sweep varies.
 const VARIED: &str = "varied";
 
-/// The finding that what is measured goes on where an event ends a run; none without such an event.
+/// The finding that measurements go on where an event ends a run; none without such an event.
 pub fn stops(scene: &Scene) -> Option<Finding> {
     of_stops(scene).map(|readings| Finding::new(TOPIC, readings, they_go_on))
 }

@@ -12,9 +12,11 @@ use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// The least time between two checkpoints of a cell: what a killed command may lose, beside a leg.
+/// The least time between two checkpoints of a cell. A command that is killed may lose the work of
+/// this time and of a leg.
 const BETWEEN_CHECKPOINTS: Duration = Duration::from_secs(10);
-/// The same as a share of the time that the cell took: the journal of a run of days stays small.
+/// The least time between two checkpoints as a share of the time that the cell has taken, so that
+/// the journal of a run of days stays small.
 const SHARE_BETWEEN: f64 = 0.01;
 
 /// A study of a scene.
@@ -28,14 +30,14 @@ pub(super) trait Declared: Sync {
     /// The cells. Their keys begin with the name.
     fn cells(&self) -> Vec<Cell>;
 
-    /// The bytes of what all cells need, estimated.
+    /// The estimated size of the data that all cells need, in bytes.
     fn shared_bytes(&self) -> f64;
 
-    /// Computes what all cells need, once. Without it, each cell computes it for itself.
+    /// Computes the data that all cells need, once. Without it, each cell computes them for itself.
     fn prepare(&self, progress: &dyn Progress) -> Result<(), ReportError>;
 
-    /// The result of a cell with this key. A long cell goes on from the checkpoint that the ledger
-    /// has, and keeps its own there now and then.
+    /// The result of a cell with this key. A long cell continues from the checkpoint in the ledger,
+    /// and keeps its own checkpoints there.
     fn compute(
         &self,
         index: usize,
@@ -53,7 +55,7 @@ pub(super) struct Section<S: Study, F> {
     title: &'static str,
     study: S,
     sheet: F,
-    /// What all cells need, or why there is no reference.
+    /// The data that all cells need, or the reason for which there is no reference.
     shared: OnceLock<Result<S::Shared, String>>,
 }
 
@@ -183,7 +185,7 @@ where
     S: Study,
     ReportError: From<S::Error>,
 {
-    /// What all cells need, or why there is no reference.
+    /// The data that all cells need, or the reason for which there is no reference.
     fn share(&self, progress: &dyn Progress) -> Result<Result<S::Shared, String>, ReportError> {
         match self.study.share(progress).map_err(ReportError::from) {
             Ok(shared) => Ok(Ok(shared)),
@@ -231,7 +233,7 @@ pub(super) fn results(
             let (clock, cell) = (Instant::now(), &cells[index]);
             let weighted = Weighted::new(progress, cell.cost / cost, cell.pieces);
             let part = study.compute(index, (&cell.key, ledger), &weighted)?;
-            // What an interrupted run gives is not the result of the cell.
+            // The result of an interrupted run is not the result of the cell.
             if !progress.stopped() {
                 ledger.keep(&cell.key, &part, clock.elapsed())?;
             }

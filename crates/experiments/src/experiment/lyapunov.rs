@@ -21,6 +21,9 @@ const ALGEBRAIC: f64 = 4.0;
 /// The rounding of an exponent, relative to it. A motion at rest has the same rate in each
 /// interval, and a standard error of 0.
 const ROUNDING: f64 = 1e-11;
+/// The difference of the sum of the reference from the divergence, in units of its largest
+/// exponent, above which it is in doubt. A choice: the divergence is a mean over the steps.
+const DOUBTED: f64 = 0.1;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Lyapunov>) -> Boxed<'a> {
     let made = |plan: &DynamicsPlan<Lyapunov>, parts| sheet(scene, plan, plan.gather(parts));
@@ -40,7 +43,9 @@ fn sheet(
     }));
     sheet.text(prose(plan));
     sheet.table(&HEADER, found.iter().map(cells).collect());
-    sheet.find("Lyapunov exponents", readings(&found), what_is_seen);
+    // At a jump of D volumes change, too, which the divergence does not count.
+    let has_kinks = scene.problem.has_kinks().unwrap_or(true);
+    sheet.find("Lyapunov exponents", readings(&found, has_kinks), what_is_seen);
     let title = "Largest Lyapunov exponent";
     let x = Axis::linear("time of the measurement");
     let y = Axis::linear("mean over the time so far");
@@ -68,7 +73,7 @@ fn prose(plan: &DynamicsPlan<Lyapunov>) -> String {
     )
 }
 
-fn readings(found: &[Spectrum]) -> Readings {
+fn readings(found: &[Spectrum], has_kinks: bool) -> Readings {
     let mut readings = Readings::default();
     for spectrum in found {
         let label = label(spectrum.row, spectrum.h);
@@ -78,10 +83,20 @@ fn readings(found: &[Spectrum]) -> Readings {
         readings.add(&label, "standard error", done.and_then(|row| row.standard_errors[0]));
         readings.add(&label, "sum", done.and_then(|row| row.sum));
         readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
+        if label == EXACT && !has_kinks {
+            readings.add(&label, "volumes off", done.and_then(volumes_off));
+        }
         readings.add(&label, "growth of the motion", done.and(spectrum.growth));
         readings.add(&label, "power of t", done.and(spectrum.power));
     }
     readings
+}
+
+/// The difference of the sum from the divergence, in units of the largest exponent.
+fn volumes_off(row: &LyapunovRow) -> Option<f64> {
+    let sizes = row.exponents.iter().flatten().map(|exponent| exponent.abs());
+    let largest = sizes.reduce(f64::max)?;
+    Some((row.sum? - row.mean_divergence?).abs() / largest)
 }
 
 const HEADER: [&str; 7] = [
@@ -148,13 +163,19 @@ fn what_is_seen(r: &Readings) -> Said {
             _ if apart <= DIFFERENT => ", as the reference within the errors",
             _ => "",
         };
+        let doubt = match r.number(label, "volumes off") {
+            off if off > DOUBTED => "; it is in doubt, since these differ: take a smaller step",
+            _ => "",
+        };
         format!(
-            "{label}: largest exponent {} ± {}{beside} ({kind}), sum {} where the divergence is {}",
+            "{label}: largest exponent {} ± {}{beside} ({kind}), sum {} where the divergence is \
+             {}{doubt}",
             fixed(largest, 4),
             sci(error),
             fixed(r.number(label, "sum"), 5),
             fixed(r.number(label, "divergence"), 5),
         )
     };
-    (note(all_completed(r, "run")), r.each("run", one))
+    let doubted = r.numbers("volumes off").iter().any(|(_, off)| *off > DOUBTED);
+    (note(all_completed(r, "run") && !doubted), r.each("run", one))
 }

@@ -12,7 +12,7 @@ use crate::journal::Afresh;
 use crate::record::{Artifact, RunOutcome, StorageError};
 use crate::report::Verdict;
 use crate::scene::{Scene, Sweep, Task};
-use crate::sheet::{ReportError, Sheet, marked};
+use crate::sheet::{Number, ReportError, Sheet, marked};
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::study::cell::{Cell, Study};
 use afterbay_analysis::study::outcome::COMPLETED;
@@ -99,7 +99,7 @@ pub(super) fn declared<'a>(
 
 impl Study for Points<'_> {
     type Shared = ();
-    /// None where the user stopped before.
+    /// The results at a point; none if the user stopped before it.
     type Part = Option<Visit>;
     type Error = ReportError;
 
@@ -164,7 +164,9 @@ fn sheet((task, sweep): (Task, &Sweep), visits: Vec<Option<Visit>>) -> Result<Sh
         .flat_map(|(index, values, rows)| rows.iter().map(move |row| (*index, values, row)))
         .collect();
     sheet.wide_data(names(task)[0], &header, &rows)?;
-    sheet.artifacts.extend(tables.into_iter().map(|(name, joined)| joined.artifact(name)));
+    for (name, joined) in tables {
+        sheet.artifacts.push(joined.artifact(name)?);
+    }
     sheet.text(format!(
         "Varied: {}. In the tables, the number of the point and its values come before the columns \
          of a single scene.",
@@ -207,7 +209,7 @@ fn visit(task: Task, scene: &Scene, progress: &dyn Progress) -> Result<Visit, Re
                 }
             }
         }
-        visit.rows.extend(sheet.numbers.into_iter().map(|(of, what, value)| Row {
+        visit.rows.extend(sheet.numbers.into_iter().map(|Number { of, what, value }| Row {
             topic: sheet.section.heading.clone(),
             of,
             what,
@@ -264,10 +266,16 @@ impl Joined {
         Ok(())
     }
 
-    fn artifact(self, name: String) -> Artifact {
-        let bytes = self.writer.and_then(|writer| writer.into_inner().ok()).unwrap_or_default();
+    fn artifact(self, name: String) -> Result<Artifact, StorageError> {
+        let bytes = match self.writer.map(csv::Writer::into_inner).transpose() {
+            Ok(bytes) => bytes.unwrap_or_default(),
+            Err(error) => {
+                let source = error.into_error().into();
+                return Err(StorageError::Table { name, source });
+            }
+        };
         let text = String::from_utf8_lossy(&bytes).into_owned();
-        Artifact { name, text, ..Artifact::default() }
+        Ok(Artifact { name, text, ..Artifact::default() })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::claim::{Readings, Said, in_full, note, significant};
 use crate::journal::JournalError;
 use crate::record::{Artifact, RunOutcome};
 use crate::scene::{FigurePlan, RunPlan, Scene};
-use crate::sheet::{Placed, ReportError, Sheet, scientific};
+use crate::sheet::{Number, Placed, ReportError, Sheet, scientific};
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::rows::{RowWriter, Shelf};
 use afterbay_analysis::study::Problem;
@@ -58,8 +58,8 @@ impl Runs<'_> {
     }
 
     fn steps(&self) -> Steps {
-        let tolerance = self.plan.tolerance.unwrap_or(f64::NAN);
-        Steps { h: self.scene.step, every: self.plan.every, tolerance }
+        let RunPlan { every, tolerance, .. } = *self.plan;
+        Steps { h: self.scene.step, every, tolerance }
     }
 }
 
@@ -140,7 +140,7 @@ impl Study for Runs<'_> {
     }
 }
 
-/// A run whose table is written: what charts and sentences need.
+/// The data of a run that charts and sentences need, once its table is written.
 struct Run {
     /// Some of its states.
     shown: Trajectory,
@@ -196,7 +196,7 @@ fn sheet(
     };
     sheet.runs.extend(found.iter().map(record));
     let form = model.system::<f64>()?.dissipation_form();
-    // What is pumped by V(q, t) may raise H.
+    // The energy that V(q, t) pumps may raise H.
     let only_falls = !form.zero && form.passive != Passive::No && !model.has_clock();
     let mut readings = readings(&found, only_falls);
     if plan.sample.is_some_and(|spacing| !is_multiple(spacing, scene.step)) {
@@ -224,10 +224,7 @@ fn sheet(
 
 /// The numbers of a completed run that a sweep charts: its energies, and the first entries of its
 /// last state.
-fn numbers(
-    Run { shown, last }: &Run,
-    (scene, plan): (&Scene, &RunPlan),
-) -> Vec<(String, String, f64)> {
+fn numbers(Run { shown, last }: &Run, (scene, plan): (&Scene, &RunPlan)) -> Vec<Number> {
     let Some(end) = last.as_ref().filter(|_| shown.ending.is_completed()) else {
         return Vec::new();
     };
@@ -236,7 +233,10 @@ fn numbers(
     let is_earlier = plan.sample.is_some_and(|spacing| !is_multiple(last, spacing));
     let time = format!("{:.9e}", end.t).parse().unwrap_or(end.t);
     let place = if is_earlier { format!("at t = {}", in_full(time)) } else { "at the end".into() };
-    let at_end = |what: &str, value| (shown.method.to_owned(), format!("{what} {place}"), value);
+    let at_end = |what: &str, value| {
+        let (of, what) = (shown.method.to_owned(), format!("{what} {place}"));
+        Number { of, what, value }
+    };
     let mut numbers = vec![at_end("H", end.energy), at_end("Σ w", end.w.iter().sum())];
     if !end.s.is_empty() {
         numbers.push(at_end("Σ s", end.s.iter().sum()));

@@ -1,4 +1,4 @@
-//! What prevents the use of a journal.
+//! The errors that prevent the use of a journal.
 
 use crate::claim::counted;
 use crate::scene::Task;
@@ -6,7 +6,7 @@ use afterbay_analysis::rows::RowsError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// What is wrong with a journal.
+/// An error that prevents the use of a journal.
 #[derive(Debug, Error)]
 pub enum JournalError {
     /// A file could not be read or written.
@@ -14,7 +14,7 @@ pub enum JournalError {
     File {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// Another command uses the journal.
@@ -33,12 +33,12 @@ pub enum JournalError {
         /// All cells.
         all: usize,
     },
-    /// A journal of something else.
+    /// A journal of another scene, command, machine or version.
     #[error("{} has another {what}: {theirs}, here {ours}", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
-        /// What differs.
+        /// The entry of the header that differs.
         what: &'static str,
         /// The value of this command.
         ours: String,
@@ -50,7 +50,7 @@ pub enum JournalError {
     NoHeader {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason, in words.
         why: String,
     },
     /// There are no journals.
@@ -76,7 +76,7 @@ pub enum JournalError {
     Scene {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason, in words.
         why: String,
     },
     /// A result cannot be read.
@@ -84,13 +84,13 @@ pub enum JournalError {
     Unreadable {
         /// The cell.
         key: String,
-        /// Why.
+        /// The reason, in words.
         why: String,
     },
-    /// A result cannot be put in words.
+    /// A header or a result cannot be serialized.
     #[error("a result cannot be written: {why}")]
     Unwritten {
-        /// Why.
+        /// The reason, in words.
         why: String,
     },
 }

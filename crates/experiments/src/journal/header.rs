@@ -14,7 +14,8 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("AFTERBAY_SOU
 /// The most bytes of a header that are read. A choice: one has about 300.
 const MOST_BYTES: u64 = 1 << 16;
 
-/// What results must have in common to be joined.
+/// The first line of a journal. Results are joined if their headers agree; the features of the
+/// processors may differ.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// The version of the format.
@@ -60,7 +61,7 @@ impl Header {
         serde_json::from_str(&line).ok()
     }
 
-    /// What differs from another header, and how: both values.
+    /// The name of the first entry that differs from another header, and both values.
     pub(super) fn difference(&self, other: &Self) -> Option<(&'static str, String, String)> {
         let pairs = [
             ("format of journals", self.journal.to_string(), other.journal.to_string()),

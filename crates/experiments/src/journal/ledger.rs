@@ -1,4 +1,4 @@
-//! Where the results of cells are kept, and which cells are computed here.
+//! The ledger of a command. It keeps the results of cells and selects the cells to compute.
 
 use super::JournalError;
 use afterbay_analysis::rows::Shelf;
@@ -18,7 +18,7 @@ pub trait Ledger: Sync {
     /// [`JournalError`] if it cannot be written.
     fn keep(&self, key: &str, result: &[u8], time: Duration) -> Result<(), JournalError>;
 
-    /// Where the rows of long tables go; none if they stay in memory.
+    /// The shelf for the rows of long tables; none if they stay in memory.
     fn shelf(&self) -> Option<&Shelf> {
         None
     }

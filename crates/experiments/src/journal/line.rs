@@ -116,7 +116,7 @@ mod tests {
         let mut count = 0;
         for file in std::fs::read_dir(corpus).expect("the corpus") {
             let path = file.expect("a file").path();
-            // None has a line with a right checksum.
+            // No file of the corpus has a line whose checksum is right.
             if let Ok(content) = Content::read(&path) {
                 assert!(content.cells.is_empty(), "{}", path.display());
             }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use std::path::Path;
 
-/// What `run.json` says of the results in a folder.
+/// The record of the results in a folder, read from its `run.json`.
 #[derive(Debug, Deserialize)]
 pub struct Held {
     /// The command that wrote them.

@@ -1,5 +1,5 @@
-//! The checked form of what a scene asks for. Methods are registered and apply to the system, steps
-//! divide the time they cover, and nothing exceeds the budget.
+//! The checked plans of the runs and studies of a scene. Their methods are registered and apply to
+//! the system, their steps divide the time they cover, and no plan exceeds the budget.
 
 use afterbay_analysis::study::basins::Basins;
 use afterbay_analysis::study::bifurcation::Bifurcation;

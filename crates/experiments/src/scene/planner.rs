@@ -35,7 +35,7 @@ pub(super) struct Planner<'a> {
 pub(super) struct Plans {
     pub(super) run: Option<RunPlan>,
     pub(super) studies: Studies,
-    /// The error of what does not follow an event that changes the state.
+    /// The error of a study that does not follow an event that changes the state.
     pub(super) changing: Option<SceneError>,
 }
 

@@ -139,7 +139,7 @@ pub enum SceneProblem {
     Misplaced {
         /// The key.
         key: &'static str,
-        /// Why.
+        /// The reason, in words.
         why: &'static str,
     },
     /// A number outside its range.
@@ -189,7 +189,7 @@ pub enum SceneProblem {
     /// A method that does not apply to this system.
     #[error("{error}")]
     Unsupported {
-        /// Why.
+        /// The reason.
         error: InputError,
         /// The methods that apply.
         others: Vec<&'static str>,
@@ -246,7 +246,7 @@ pub enum SceneProblem {
     File {
         /// The file.
         file: String,
-        /// Why.
+        /// The reason, in words.
         why: String,
     },
     /// Something that a sweep cannot vary.
@@ -254,7 +254,7 @@ pub enum SceneProblem {
     NotVaried {
         /// Its name.
         name: String,
-        /// Why.
+        /// The reason, in words.
         why: &'static str,
     },
     /// Values of a sweep in no form or in several.

@@ -124,7 +124,7 @@ impl<'s> Schema<'s> {
         }
     }
 
-    /// Is this a form of values of the kind?
+    /// Whether values of the kind have this form.
     fn is(self, kind: &str) -> bool {
         match &self.at["type"] {
             Value::String(one) => one == kind,
@@ -246,7 +246,8 @@ fn expected(forms: &[Schema<'_>]) -> String {
     names.iter().filter(is_expected).map(|x| x.1).collect::<Vec<_>>().join(" or ")
 }
 
-/// Is it one of the words there are, where not any will do?
+/// Checks that a text is one of the words that its forms list. A form without a list accepts every
+/// text.
 fn word(forms: &[Schema<'_>], text: &str, span: Range<usize>) -> Result<(), SceneError> {
     let mut known = Vec::new();
     for form in forms.iter().filter(|form| form.is("string")) {
@@ -267,7 +268,7 @@ fn word(forms: &[Schema<'_>], text: &str, span: Range<usize>) -> Result<(), Scen
     })
 }
 
-/// Is it finite in `f64`, and not 0 by rounding?
+/// Whether the number is finite in `f64`, and is 0 only if it is written as 0.
 fn is_number(text: &str) -> bool {
     let value: f64 = text.parse().unwrap_or(f64::NAN);
     let mantissa = text.split(['e', 'E']).next().unwrap_or(text);

@@ -44,6 +44,7 @@ pub(super) fn model(
         let path = match &error {
             ModelError::NoParameter { name }
             | ModelError::Whole { name, .. }
+            | ModelError::Missing { name }
             | ModelError::Drive { name } => name.as_str(),
             ModelError::Custom(_) => "",
         };

@@ -5,6 +5,7 @@ use afterbay_analysis::Variable;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::attractor::Kind;
 use afterbay_analysis::study::basins::{Axis, BasinMap, Basins, Cell};
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::outcome::Ending;
 use afterbay_analysis::study::section::Section;
 use afterbay_experiments::experiment;

@@ -2,6 +2,7 @@
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::limit_cycle::{Cycle, LimitCycle};
 use afterbay_analysis::study::work_precision::Runs;
 use afterbay_analysis::study::{energy, events, global_order, trajectory, work_precision};

@@ -2,6 +2,7 @@
 
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::work_precision::Runs;
 use afterbay_analysis::study::{energy, global_order, trajectory, work_precision};
 use afterbay_core::accounts;

@@ -38,7 +38,7 @@ const IMPACT: f64 = 0.453_228_999_530_087;
 fn followed(text: &str, method: &str, h: f64) -> (Trajectory, Vec<EventRow>) {
     let scene = Scene::read(text).unwrap_or_else(|error| panic!("{error}"));
     let plan = scene.run.as_ref().unwrap();
-    let steps = Steps { h, every: 1, tolerance: plan.tolerance.unwrap_or(f64::NAN) };
+    let steps = Steps { h, every: 1, tolerance: plan.tolerance };
     let row = find(method).unwrap();
     events::run(&scene.problem, row, steps, &plan.events, &Silent).unwrap()
 }
@@ -120,7 +120,7 @@ fn states_between_steps_have_the_order_of_the_method_and_keep_k() {
     let scene = Scene::read(OSCILLATOR).unwrap();
     let spacing = 0.07;
     let dense = |method: &str, h: f64| {
-        let steps = Steps { h, every: 1, tolerance: 1e-11 };
+        let steps = Steps { h, every: 1, tolerance: Some(1e-11) };
         let row = find(method).unwrap();
         trajectory::dense(&scene.problem, row, steps, spacing, &Silent).unwrap()
     };
@@ -162,7 +162,8 @@ fn failures_and_states_of_later_legs_have_their_steps() {
     let (last, failure) = (run.rows.last().unwrap(), run.ending.failure.unwrap());
     assert!(last.step > 80_000 && impacts.len() > 60, "{last:?}");
     assert!(failure.contains(&format!("step {}", last.step + 1)), "{failure}: {last:?}");
-    let (steps, row) = (Steps { h: 1e-3, every: 1, tolerance: 1e-9 }, find("leapfrog").unwrap());
+    let (steps, row) =
+        (Steps { h: 1e-3, every: 1, tolerance: Some(1e-9) }, find("leapfrog").unwrap());
     let text = OSCILLATOR.replace("end = 4.0", "end = 100.0").replace("b = 0.2", "b = 0");
     let scene = Scene::read(&text).unwrap();
     let run = trajectory::dense(&scene.problem, row, steps, 0.0125, &Silent).unwrap();

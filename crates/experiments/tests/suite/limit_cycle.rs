@@ -5,6 +5,7 @@ mod branches;
 
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::limit_cycle::{Branch, Cycle, Cycles, Event, LimitCycle, columns};
 use afterbay_experiments::record::Artifact;
 use afterbay_experiments::report::Verdict;

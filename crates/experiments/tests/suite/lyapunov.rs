@@ -3,6 +3,7 @@
 
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::lyapunov::{Lyapunov, Spectrum, columns};
 use afterbay_experiments::experiment;
 use afterbay_experiments::scene::Scene;
@@ -40,7 +41,7 @@ fn row(name: &str) -> &'static Row {
     find(name).unwrap()
 }
 
-fn last(found: &Spectrum) -> (Vec<f64>, f64, f64, f64) {
+pub(crate) fn last(found: &Spectrum) -> (Vec<f64>, f64, f64, f64) {
     let row = found.rows.last().unwrap();
     let sum = row.sum.unwrap();
     (found.exponents().unwrap(), sum, row.mean_log_det.unwrap(), row.mean_divergence.unwrap())
@@ -73,7 +74,7 @@ fn an_overdamped_oscillator_has_two_exponents() {
     }
 }
 
-fn custom(potential: &str, dissipation: &str, q: &[f64], p: &[f64]) -> String {
+pub(crate) fn custom(potential: &str, dissipation: &str, q: &[f64], p: &[f64]) -> String {
     let friction = match dissipation {
         "" => String::new(),
         force => format!("dissipation = \"{force}\"\n"),
@@ -84,7 +85,12 @@ fn custom(potential: &str, dissipation: &str, q: &[f64], p: &[f64]) -> String {
     )
 }
 
-fn settled(potential: &str, dissipation: &str, q: f64, [transient, time]: [f64; 2]) -> Lyapunov {
+pub(crate) fn settled(
+    potential: &str,
+    dissipation: &str,
+    q: f64,
+    [transient, time]: [f64; 2],
+) -> Lyapunov {
     let scene = Scene::read(&custom(potential, dissipation, &[q], &[0.0]));
     let problem = scene.unwrap_or_else(|error| panic!("{error}")).problem;
     Lyapunov { problem, transient, time, rows: 4 }

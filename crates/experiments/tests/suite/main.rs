@@ -9,6 +9,7 @@ mod events;
 mod figures;
 mod limit_cycle;
 mod lyapunov;
+mod lyapunov_of_stiff_motions;
 mod many_degrees;
 mod overdamped;
 mod paper;

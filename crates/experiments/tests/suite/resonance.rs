@@ -3,6 +3,7 @@
 use crate::sections::problem;
 use afterbay_analysis::Spacing;
 use afterbay_analysis::progress::Silent;
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::resonance::Resonance;
 use afterbay_methods::registry::{REFERENCE, find};
 

@@ -3,6 +3,7 @@
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::attractor::Kind;
 use afterbay_analysis::study::bifurcation::Bifurcation;
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::section::{Crossing, Direction, Section};

@@ -6,6 +6,7 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::attractor::Kind;
 use afterbay_analysis::study::basins::{Axis, Basins, Known};
 use afterbay_analysis::study::bifurcation::{Bifurcation, Column};
+use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::limit_cycle::{Branch, Cycle, LimitCycle};
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::resonance::Resonance;

@@ -1,17 +1,17 @@
-//! The error allowed of a step, given the tolerance of the run.
+//! The error allowed for a step, given the tolerance of the run.
 
 use crate::kernels::reductions::see_size;
 use afterbay_core::{Scalar, State, Tolerance, Vector, larger_or_nan};
 use std::array::from_fn;
 
-/// The error allowed of a step relative to its share of the error of the run. With the default
+/// The error allowed for a step relative to its share of the error of the run. With the default
 /// [`safety`](afterbay_core::StepControl::safety) of 0.2 steps aim at a fifth of the allowed error,
 /// that is, at their share. The value is calibrated, not derived: where errors have one sign and
 /// are not damped, as on an oscillator without friction, the error at the end then equals the
 /// tolerance, and over the test set it is nowhere above ten times the tolerance
 /// (`adaptive_accuracy` in the tests prints both).
 pub(crate) const SHARES: f64 = 5.0;
-/// Roundings of q, p and w that are allowed of any step.
+/// Roundings of q, p and w that are allowed for any step.
 pub(crate) const ROUNDINGS: f64 = 4.0;
 /// The number of entries processed side by side.
 const LANES: usize = 8;
@@ -53,7 +53,7 @@ impl Budget {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
-    /// The errors of q, p and w allowed of a step of this length. Every step is allowed the error
+    /// The errors of q, p and w allowed for a step of this length. Every step is allowed the error
     /// of a step of mean length, where the mean includes the next step, and at least a few
     /// roundings. This minimises the number of steps, which is least where all steps have the same
     /// error. The sum over the steps is about that of [`Self::share_of`], and it is larger where
@@ -87,7 +87,7 @@ impl Budget {
     }
 
     /// The errors of q, p and w allowed at the end of the run, of which the given share is allowed
-    /// of a step. A step is always allowed a few roundings of the state.
+    /// for a step. A step is always allowed a few roundings of the state.
     #[inline]
     pub(crate) fn scales<V: Vector>(&self, state: &State<V>, share: f64) -> [f64; 3] {
         let rounding = ROUNDINGS * V::Scalar::EPSILON / share;

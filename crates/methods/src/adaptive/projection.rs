@@ -26,7 +26,7 @@ pub(crate) struct Projection<'a, T> {
     pub(crate) size: f64,
     /// The errors of q and p allowed in the whole run.
     pub(crate) scales: [f64; 2],
-    /// The share of them allowed of this step.
+    /// The share of them allowed for this step.
     pub(crate) share: f64,
 }
 

@@ -1,7 +1,7 @@
 //! One step of Gauss collocation, solved to the accuracy the tolerance requires, with K exact.
 //!
-//! The sweeps end when the remaining error is a tenth of the error allowed of the step. Then (q, p)
-//! is projected onto `H(q, p) = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by the
+//! The sweeps end when the remaining error is a tenth of the error allowed for the step. Then
+//! (q, p) is projected onto `H(q, p) = H(q0, p0) - Σ Δw_j` along the gradient of H, scaled by the
 //! tolerances of q and p. If the projection would exceed the allowed error, the step is rejected,
 //! or, near an equilibrium, repeated by [`crate::Collocation`], which conserves K without
 //! projection.
@@ -38,7 +38,7 @@ const SHORTEST_STRETCH: f64 = 0.5;
 const LONGEST_STRETCH: f64 = 2.0;
 /// The ratio of the changes of two sweeps above which they do not contract. A choice.
 const STALLED: f64 = 0.7;
-/// The error of the solver relative to the error allowed of the step; between 0 and 1. A choice.
+/// The error of the solver relative to the error allowed for the step; between 0 and 1. A choice.
 const SOLVER_SHARE: f64 = 0.1;
 /// The error of a step, relative to the allowed one, below which sweeps and not the error limit the
 /// step size. A choice, between 0 and 1: at order 8 the error alone would allow steps 1.5 times as
@@ -309,8 +309,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let noise = noise / self.budget.relative().max(noise);
         let inverse = scales.map(f64::recip);
         let phase = h.to_f64() * self.fastest;
-        let (mut before, mut first) = (f64::NAN, f64::NAN);
-        for sweeps in 1..=MOST_SWEEPS {
+        let (mut before, mut first, mut sweeps) = (f64::NAN, f64::NAN, 0);
+        loop {
+            sweeps += 1;
             let moved = self.trial.sweep(system, &self.gauss, h, state);
             let [q, p, w] = [moved[0] * inverse[0], moved[1] * inverse[1], moved[2] * inverse[2]];
             let change = largest_if_finite([q, p, w]);
@@ -341,8 +342,6 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             }
             before = change;
         }
-        let dof = self.trial.restless(system);
-        Err(StepFailure::NotContracting { dof, iterations: MOST_SWEEPS, ratio: f64::NAN })
     }
 
     /// Computes z1 and the increments of the reservoirs.

@@ -20,8 +20,8 @@ pub(super) fn share([miss, size]: [f64; 2]) -> f64 {
 }
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// The error estimate of the step relative to the error allowed of the whole run. Across a kink
-    /// the error is of the size of the defect.
+    /// The error estimate of the step relative to the error allowed for the whole run. Across a
+    /// kink the error is of the size of the defect.
     #[inline]
     pub(super) fn error(
         &self,

@@ -33,7 +33,7 @@ use std::array::from_fn;
 const DEFECT_ROUNDINGS: f64 = 2.0;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// The error estimate of the step relative to the error allowed of the whole run, of which the
+    /// The error estimate of the step relative to the error allowed for the whole run, of which the
     /// step is allowed the given part. Across a kink the error is of the size of the remaining
     /// defect.
     pub(super) fn error_after_newton(

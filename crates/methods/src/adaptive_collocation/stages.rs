@@ -170,7 +170,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
 
     /// Whether changes of q, p and w in a sweep are roundings of their sizes in the step. The
     /// tolerance does not show this: where an entry is far below the largest of the run, the error
-    /// allowed of it is far above its rounding.
+    /// allowed for it is far above its rounding.
     pub(super) fn are_roundings(&self, moved: [f64; 3], h: V::Scalar, state: &State<V>) -> bool {
         let size = |start: &V, at: &V| max_norm(start.as_slice()).max(max_norm(at.as_slice()));
         let last = K - 1;

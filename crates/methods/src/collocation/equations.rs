@@ -50,7 +50,8 @@ impl Equations {
     ///
     /// # Errors
     /// [`StepFailure::TooLarge`] if the matrices exceed the memory limit; [`StepFailure::Singular`]
-    /// if a derivative names a degree of freedom that does not exist.
+    /// if a derivative names a degree of freedom that does not exist, which the methods refuse
+    /// before they allocate ([`check_derivatives`](crate::linear::check_derivatives)).
     pub(super) fn new<T, S>(system: &S, stages: usize) -> Result<Self, StepFailure>
     where
         T: Scalar,
@@ -58,7 +59,7 @@ impl Equations {
     {
         let (n, spectrum) = (system.dof(), spectrum::of(stages));
         let space = PhaseSpace::new(system, spectrum.len()).map_err(|reason| match reason {
-            Unsolvable::NoSuchDof(dof) => StepFailure::Singular { dof, slope: f64::NAN },
+            Unsolvable::NoSuchDof(dof) => StepFailure::Singular { dof, slope: None },
             Unsolvable::TooLarge { unknowns, bytes } => StepFailure::TooLarge { unknowns, bytes },
         })?;
         let unknowns = space.size();
@@ -130,8 +131,8 @@ impl Equations {
     }
 
     /// Solves the equations with a defect of q' and -p' that is a multiple of P_{s-1}, for each
-    /// degree of freedom, and shows the responses. What may be due to these roundings of q and p
-    /// is no defect.
+    /// degree of freedom, and passes the responses to `see`. The part of the defect that these
+    /// roundings of q and p may cause is left out.
     pub(super) fn respond(
         &mut self,
         roundings: impl Fn(usize) -> [f64; 2],

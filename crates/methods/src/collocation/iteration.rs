@@ -148,9 +148,9 @@ impl<V: Vector> Workspace<V> {
         self.stiff
     }
 
-    /// Shows the responses to a defect of the slopes of a step that Newton's method solved, and
-    /// the errors of q' and -p' that add up over the run. What may be due to these roundings of q
-    /// and p is no defect.
+    /// Passes to `see` the responses to a defect of the slopes of a step that Newton's method
+    /// solved, and to `see_sum` the errors of q' and -p' that add up over the run. The part of the
+    /// defect that these roundings of q and p may cause is left out.
     pub(crate) fn respond(
         &mut self,
         roundings: impl Fn(usize) -> [f64; 2],

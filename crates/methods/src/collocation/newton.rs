@@ -147,7 +147,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
             q[j] = half.mul_add(q_modes[j][0][0], state.q.as_slice()[j]);
             p[j] = (-half).mul_add(p_modes[j][0][0], state.p.as_slice()[j]);
         }
-        let singular = |dof| StepFailure::Singular { dof, slope: 0.0 };
+        let singular = |dof| StepFailure::Singular { dof, slope: None };
         equations.factorise(system, h.to_f64(), q, p).map_err(singular)
     }
 

@@ -114,7 +114,8 @@ pub(super) fn place_q<V: Vector>(
     }
 }
 
-/// Computes p at the nodes from its coefficients, and with the stored q the coefficients of ∂H/∂p.
+/// Computes p at the nodes from its coefficients `modes`, and the coefficients of ∂H/∂p from p and
+/// the stored q.
 #[inline]
 pub(super) fn velocities<V, S>(
     system: &S,
@@ -136,8 +137,8 @@ pub(super) fn velocities<V, S>(
     }
 }
 
-/// Computes q at the nodes from its coefficients, and with the stored p and the velocity with the
-/// given coefficients the coefficients of ∂H/∂q + D.
+/// Computes q at the nodes from its coefficients `modes`, and the coefficients of ∂H/∂q + D from q,
+/// the stored p, and the velocity with the coefficients `velocity`.
 #[inline]
 pub(super) fn forces<V, S>(
     system: &S,

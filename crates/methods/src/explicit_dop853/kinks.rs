@@ -12,9 +12,9 @@
 //! start like the motion itself, which the differences of `f64` roundings in 106 bits show: the
 //! tangent of the motion jumps with the force.
 
+use super::division::{Division, nowhere, shortest};
 use crate::runge_kutta::Stages;
 use afterbay_core::{Mask, Scalar, State, System, Vector};
-use std::cmp::Ordering;
 
 /// 2⁻¹⁶, the time to a kink, in steps, below which parts are not shortened further. The impulse of
 /// max(x, 0)^1.5 in V over so short a time errs by about 1e-12.
@@ -24,8 +24,6 @@ const SHORT: f64 = 1.0 / (1 << 16) as f64;
 const SHARES: [f64; 2] = [1.0 / 3.0, 0.5];
 /// 1 - 2⁻¹⁶, the share of the time to a kink that a part takes there. Newton's method errs less.
 const BEFORE: f64 = 1.0 - 1.0 / (1 << 16) as f64;
-/// The length of the part across a kink, in roundings of the step.
-const ACROSS: f64 = 512.0;
 
 /// The functions x at the start of a part, and the point at which their slopes are measured.
 #[derive(Clone, Debug)]
@@ -36,11 +34,10 @@ pub(super) struct Kinks<V: Vector> {
 }
 
 /// The length of a part.
-#[derive(Clone, Copy)]
-pub(super) struct Part<T> {
+pub(super) struct Part<T: Scalar> {
     pub(super) length: T,
     /// Whether it leads across a kink that is very near.
-    pub(super) crosses: bool,
+    pub(super) crosses: T::Mask,
 }
 
 impl<V: Vector> Kinks<V> {
@@ -48,47 +45,39 @@ impl<V: Vector> Kinks<V> {
         Self { x: Vec::new(), q: V::zeros(dof), p: V::zeros(dof) }
     }
 
-    /// Whether the forces have kinks at values of q and p.
-    pub(super) fn exist<S: System<V::Scalar> + ?Sized>(
-        system: &S,
-        q: &[V::Scalar],
-        p: &[V::Scalar],
-    ) -> bool {
-        let mut any = false;
-        system.kinks_of_state(q, p, &mut |_| any = true);
-        any
-    }
-
-    /// The length of a part from `state` of at most `most`, in a step h.
+    /// The next part of a step from `state`, of at most `most`.
     pub(super) fn part<S: System<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
-        [h, most]: [V::Scalar; 2],
+        division: &Division<V::Scalar>,
+        most: V::Scalar,
         state: &State<V>,
         stages: &Stages<V>,
     ) -> Part<V::Scalar> {
         let Self { x, q, p } = self;
         x.clear();
         system.kinks_of_state(state.q.as_slice(), state.p.as_slice(), &mut |value| x.push(value));
+        let mut part = Part { length: most, crosses: division.at_kink() };
+        if x.is_empty() {
+            return part;
+        }
         // Half of the digits of x are those of its slope.
-        let ahead = h * V::Scalar::from_f64(V::Scalar::EPSILON.sqrt());
-        let [velocity, force] = stages.at_start();
+        let ahead = division.h() * V::Scalar::from_f64(V::Scalar::EPSILON.sqrt());
+        let [velocity, force] = stages.slopes(0);
         for (to, from, slope) in [(&mut *q, &state.q, velocity), (&mut *p, &state.p, force)] {
             let slopes = from.as_slice().iter().zip(slope.as_slice());
             for (to, (&from, &slope)) in to.as_mut_slice().iter_mut().zip(slopes) {
                 *to = ahead.mul_add(slope, from);
             }
         }
-        let mut part = Part { length: most, crosses: false };
         let mut x = x.iter();
         system.kinks_of_state(q.as_slice(), p.as_slice(), &mut |moved| {
             let Some(&x) = x.next() else { return };
             let time = -(x * ahead) / (moved - x);
-            if time.is_finite().all() {
-                let found = near(time, h);
-                let shorter = found.length.to_f64().abs() < part.length.to_f64().abs();
-                part = if shorter { found } else { part };
-            }
+            let found = near(time, division);
+            let nearer = time.is_finite().and(found.length.lt(part.length));
+            part.length = V::Scalar::select(nearer, found.length, part.length);
+            part.crosses = nearer.and(found.crosses).or(nearer.not().and(part.crosses));
         });
         part
     }
@@ -99,8 +88,10 @@ impl<V: Vector> Kinks<V> {
         system: &S,
         q: &[V::Scalar],
         p: &[V::Scalar],
-    ) -> bool {
-        self.any(system, [q, p], |before, now| before != Ordering::Equal && now == before.reverse())
+    ) -> <V::Scalar as Scalar>::Mask {
+        self.any(system, [q, p], |[below, above], [now_below, now_above]| {
+            below.and(now_above).or(above.and(now_below))
+        })
     }
 
     /// Whether a point lies beside a kink on another side than the start. One that starts at the
@@ -110,48 +101,49 @@ impl<V: Vector> Kinks<V> {
         system: &S,
         q: &[V::Scalar],
         p: &[V::Scalar],
-    ) -> bool {
-        self.any(system, [q, p], |before, now| now != Ordering::Equal && now != before)
+    ) -> <V::Scalar as Scalar>::Mask {
+        self.any(system, [q, p], |[below, above], [now_below, now_above]| {
+            above.not().and(now_above).or(below.not().and(now_below))
+        })
     }
 
-    /// Whether the sides of a kink on which the start and a point are meet a condition.
-    fn any<S: System<V::Scalar> + ?Sized>(
+    /// Whether the sides of a kink on which the start and a point are, below or above, meet a
+    /// condition.
+    fn any<M: Mask, S: System<V::Scalar> + ?Sized>(
         &self,
         system: &S,
         [q, p]: [&[V::Scalar]; 2],
-        condition: impl Fn(Ordering, Ordering) -> bool,
-    ) -> bool {
-        let (mut any, mut before) = (false, self.x.iter());
+        condition: impl Fn([M; 2], [M; 2]) -> M,
+    ) -> M
+    where
+        V::Scalar: Scalar<Mask = M>,
+    {
+        let mut any = nowhere::<V::Scalar>();
+        if self.x.is_empty() {
+            return any;
+        }
+        let mut before = self.x.iter();
         system.kinks_of_state(q, p, &mut |now| {
-            any |= before.next().is_some_and(|&before| condition(side(before), side(now)));
+            let Some(&before) = before.next() else { return };
+            any = any.or(condition(sides(before), sides(now)));
         });
         any
     }
 }
 
-fn side<T: Scalar>(x: T) -> Ordering {
-    x.to_f64().partial_cmp(&0.0).unwrap_or(Ordering::Equal)
+/// Whether x is below 0, and above it.
+fn sides<T: Scalar>(x: T) -> [T::Mask; 2] {
+    [x.lt(T::zero()), T::zero().lt(x)]
 }
 
-/// The length of the shortest part across, in a step h.
-pub(super) fn across<T: Scalar>(h: T) -> T {
-    h * T::from_f64(ACROSS * T::EPSILON)
-}
-
-/// The longest part of a step h that begins at this time before a kink, or after it, if the time
-/// has another sign than h.
-fn near<T: Scalar>(time: T, h: T) -> Part<T> {
-    let (steps, least) = ((time / h).to_f64(), across(h));
-    let length = if steps < -SHORT {
-        -time * T::from_f64(SHARES[1])
-    } else if steps < 0.0 {
-        h * T::from_f64(SHORT)
-    } else if steps > SHORT {
-        time * T::from_f64(SHARES[0])
-    } else if steps > ACROSS * T::EPSILON {
-        time * T::from_f64(BEFORE)
-    } else {
-        return Part { length: time + least, crosses: true };
-    };
-    Part { length, crosses: false }
+/// The longest part that begins at this time before a kink, or after it, if the time is negative.
+fn near<T: Scalar>(time: T, division: &Division<T>) -> Part<T> {
+    let h = division.h();
+    let [ahead, behind] = SHARES.map(T::from_f64);
+    let short = h * T::from_f64(SHORT);
+    let after = T::select(time.lt(-short), -time * behind, short);
+    let before = T::select(short.lt(time), time * ahead, time * T::from_f64(BEFORE));
+    let (is_after, is_before) = (time.lt(T::zero()), shortest(h).lt(time));
+    let at_kink = T::select(is_before, before, time + division.across());
+    Part { length: T::select(is_after, after, at_kink), crosses: is_after.or(is_before).not() }
 }

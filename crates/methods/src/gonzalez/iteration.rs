@@ -137,7 +137,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
     }
 
     fn factorise(&mut self) -> Result<(), StepFailure> {
-        let singular = |dof| StepFailure::Singular { dof, slope: 0.0 };
+        let singular = |dof| StepFailure::Singular { dof, slope: None };
         self.workspace.factorise(self.system, self.h, &self.lambda).map_err(singular)?;
         // Only at the first iterate; later ones may be far out.
         if !self.renewed {

@@ -154,7 +154,7 @@ impl<V: Vector> Workspace<V> {
         let singular = |_| {
             let all = self.missing.iter().flat_map(|part| part.iter().enumerate());
             let dof = all.clone().find(|(_, x)| !x.is_finite()).map_or(0, |(j, _)| j);
-            StepFailure::Singular { dof, slope: 0.0 }
+            StepFailure::Singular { dof, slope: None }
         };
         self.check_force().map_or_else(|failure| failure, singular)
     }

@@ -193,7 +193,7 @@ where
     for k in 0..n {
         let pivot = matrix[k * n + k];
         if !zero.lt(pivot).all() {
-            return Err(StepFailure::Singular { dof: k, slope: pivot.to_f64() });
+            return Err(StepFailure::Singular { dof: k, slope: Some(pivot.to_f64()) });
         }
         let inverse = pivot.recip();
         let (done, rows) = matrix.split_at_mut((k + 1) * n);
@@ -248,7 +248,7 @@ where
         let drag = system.dissipation_of(q, means, j);
         let slope = half.mul_add(drag.by_p, V::Scalar::one());
         if !zero.lt(slope).all() {
-            return Err(StepFailure::Singular { dof: j, slope: slope.to_f64() });
+            return Err(StepFailure::Singular { dof: j, slope: Some(slope.to_f64()) });
         }
         let mean = (-half).mul_add(drag.value, p[j]) / slope;
         // The slope has the same rounding error in every step, so K would drift by this share of

@@ -17,8 +17,8 @@
 //! p1_j. Half a step of each is symmetric and has order 2; [`Composition`]s have higher orders. For
 //! separable H this is [`super::Increment`].
 //!
-//! Passive in each degree of freedom where D = R ∂H/∂p with R diagonal, as long as no substep runs
-//! backwards in time; beyond order 2 some do. D that couples the velocities is refused. A step
+//! It is passive in each degree of freedom where D = R ∂H/∂p with R diagonal, as long as no substep
+//! runs backwards in time; beyond order 2 some do. D that couples the velocities is refused. A step
 //! **fails** and leaves the state unchanged where the equations have no solution that continues
 //! from h = 0.
 

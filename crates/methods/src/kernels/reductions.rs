@@ -147,8 +147,14 @@ pub(crate) fn all_finite<T: Scalar>(numbers: &[T]) -> bool {
     if numbers.len() < 8 {
         return numbers.iter().all(|x| x.is_finite().all());
     }
+    finite_in_lanes(numbers).all()
+}
+
+/// The lanes in which all numbers are finite.
+#[inline]
+pub(crate) fn finite_in_lanes<T: Scalar>(numbers: &[T]) -> T::Mask {
     let zero = T::zero();
-    sum([numbers], |[x]| x * zero).is_finite().all()
+    sum([numbers], |[x]| x * zero).is_finite()
 }
 
 #[cfg(test)]

@@ -6,10 +6,29 @@
 //! neighbours in a row are coupled. Otherwise the 2 N unknowns are ordered a_0, b_0, a_1, ..
 
 use super::{LinearSolver, Matrix, Number, SMALL};
-use afterbay_core::{Block, Curvature, Scalar};
+use afterbay_core::{Block, Curvature, InputError, Scalar};
 
 /// A matrix is treated as sparse if fewer than one in this many entries is nonzero. A choice.
 const ENTRIES_A_NONZERO: usize = 8;
+
+/// The reason for which a method refuses a system whose matrices cannot be made.
+pub(crate) const NO_SUCH_DOF: &str =
+    "a second derivative names a degree of freedom that does not exist";
+
+/// Checks the degrees of freedom that the second derivatives of a system name.
+///
+/// # Errors
+/// [`InputError::Unsupported`] if one of them does not exist.
+pub(crate) fn check_derivatives<T, S>(method: &'static str, system: &S) -> Result<(), InputError>
+where
+    T: Scalar,
+    S: Curvature<T> + ?Sized,
+{
+    let (n, mut exist) = (system.dof(), true);
+    let origin = vec![T::zero(); n];
+    system.curvature(&origin, &origin, |_, i, j, _| exist &= i < n && j < n);
+    if exist { Ok(()) } else { Err(InputError::Unsupported { method, why: NO_SUCH_DOF }) }
+}
 
 /// A derivative, and its positions among the entries of the matrix. Only Hqp has a second one.
 #[derive(Clone, Copy, Debug)]

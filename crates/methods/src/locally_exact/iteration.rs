@@ -251,7 +251,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
                 drag.copy_from_slice(rest);
                 sp.iter_mut().zip(v).for_each(|(sp, &v)| *sp += v);
                 slopes.add_dissipation(sp, drag);
-                slopes.add_position_terms(middle_q, drag);
+                slopes.add_position_terms(middle_q, drag, sq);
                 for j in 0..w.len() {
                     w[j] = weight.mul_add(drag[j] * sp[j], w[j]);
                 }

@@ -1,4 +1,4 @@
-//! The matrices of the path: S = H'', R with D = R v, and for linear systems E = ∂D/∂q.
+//! The matrices of the path: S = H'', R with D = R v, and for linear systems E = ∂D/∂q at fixed v.
 //!
 //! R depends on D alone, and its symmetric part is positive semidefinite where the system is
 //! passive:
@@ -19,6 +19,7 @@
 //! energy.
 
 use crate::kernels::reductions::max_norm;
+use crate::linear::NO_SUCH_DOF;
 use afterbay_core::{
     Block, Coupling, Curvature, DissipationForm, InputError, Passive, Scalar, System, Vector,
 };
@@ -39,7 +40,7 @@ enum Kind {
 pub(super) struct Slopes<V: Vector> {
     /// S = H'', entry by entry
     entries: Vec<(Block, usize, usize, V::Scalar)>,
-    /// E, entry by entry; empty if the system is not linear
+    /// ∂D/∂q at fixed p, entry by entry; empty if the system is not linear
     by_q: Vec<(usize, usize, V::Scalar)>,
     linear: bool,
     kind: Kind,
@@ -77,8 +78,7 @@ impl<V: Vector> Slopes<V> {
             }
         });
         if !exist {
-            let why = "a second derivative names a degree of freedom that does not exist";
-            return Err(InputError::Unsupported { method: "locally-exact", why });
+            return Err(InputError::Unsupported { method: "locally-exact", why: NO_SUCH_DOF });
         }
         let bandwidth = if system.coupling() == Coupling::Chain { 1 } else { n.saturating_sub(1) };
         let motors = (n - system.motors()..n)
@@ -302,8 +302,24 @@ impl<V: Vector> Slopes<V> {
         self.motors.iter().for_each(|&(m, j, r)| to[m] = r.mul_add(v[j], to[m]));
     }
 
-    /// Adds E x to `to`.
-    pub(super) fn add_position_terms(&self, x: &[V::Scalar], to: &mut [V::Scalar]) {
+    /// Adds E x to `to`. The derivatives of D at fixed p contain the change of v with q, which R
+    /// takes into account. `v` is memory for it.
+    pub(super) fn add_position_terms(
+        &self,
+        x: &[V::Scalar],
+        to: &mut [V::Scalar],
+        v: &mut [V::Scalar],
+    ) {
+        if self.by_q.is_empty() {
+            return;
+        }
+        v.fill(V::Scalar::zero());
+        for &(block, i, j, entry) in &self.entries {
+            if block == Block::Hqp {
+                v[j] = (-entry).mul_add(x[i], v[j]);
+            }
+        }
+        self.add_dissipation(v, to);
         for &(i, j, entry) in &self.by_q {
             to[i] = entry.mul_add(x[j], to[i]);
         }
@@ -318,7 +334,7 @@ impl<V: Vector> Slopes<V> {
     ) {
         self.multiply_hessian(x, [&mut *sq, &mut *sp]);
         self.add_dissipation(sp, sq);
-        self.add_position_terms(x[0], sq);
+        self.add_position_terms(x[0], sq, b);
         a.copy_from_slice(sp);
         b.iter_mut().zip(&*sq).for_each(|(b, &s)| *b = -s);
     }

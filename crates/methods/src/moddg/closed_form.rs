@@ -75,7 +75,7 @@ where
         }
         let w1 = (!system.dissipation_form().zero).then(|| (delta_w * b * v).mul_add(v, w0));
         let singular = |failure| match sigma == V::Scalar::zero() {
-            true => StepFailure::Singular { dof: 0, slope: 0.0 },
+            true => StepFailure::Singular { dof: 0, slope: Some(0.0) },
             false => failure,
         };
         commit(state, q1, p1, w1).map_err(singular)?;

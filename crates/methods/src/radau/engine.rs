@@ -47,6 +47,8 @@ pub(crate) struct Engine<V: Vector, const S: usize> {
     /// ∂H/∂q and D at the last stage, and whether it is the end of the step.
     pub(super) last: Point<V>,
     pub(super) unmoved: bool,
+    /// The error of fast oscillations in the last estimate, relative to the allowed one.
+    pub(super) oscillation: f64,
     /// The estimated errors of q, p and w, that of w before it is filtered.
     pub(super) errors: [V; 3],
     /// Memory for a point and the slopes there.
@@ -98,6 +100,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             end_energy: zero,
             last: Point::new(n),
             unmoved: false,
+            oscillation: 0.0,
             errors: [(); 3].map(|()| zeros()),
             at: [zeros(), zeros()],
             moved: Point::new(n),

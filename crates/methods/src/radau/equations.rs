@@ -7,7 +7,7 @@
 //! whatever the scalar: an approximate Jacobian costs corrections but no accuracy.
 
 use super::tables::Tables;
-use crate::linear::{Matrix, Number, PhaseSpace, Plane, Unsolvable};
+use crate::linear::{Matrix, NO_SUCH_DOF, Number, PhaseSpace, Plane, Unsolvable};
 use afterbay_core::{Curvature, InputError, Scalar, StepFailure, Vector};
 use faer::c64;
 use std::array::from_fn;
@@ -71,9 +71,7 @@ impl<const S: usize> Equations<S> {
         let n = system.dof();
         let space = PhaseSpace::new(system, S / 2 + 1).map_err(|reason| {
             let why = match reason {
-                Unsolvable::NoSuchDof(_) => {
-                    "a second derivative names a degree of freedom that does not exist"
-                }
+                Unsolvable::NoSuchDof(_) => NO_SUCH_DOF,
                 Unsolvable::TooLarge { .. } => {
                     "the dense matrix of its step does not fit in memory"
                 }
@@ -121,7 +119,7 @@ impl<const S: usize> Equations<S> {
         tables: &Tables<T, S>,
         h: f64,
     ) -> Result<(), StepFailure> {
-        let failure = |dof| StepFailure::Singular { dof, slope: 0.0 };
+        let failure = |dof| StepFailure::Singular { dof, slope: None };
         match self {
             Self::Plane(it) => {
                 it.real = it.plane.inverse(h * tables.eigenvalue);

@@ -5,8 +5,26 @@
 //! the slope at the start less that of the collocation polynomial there, times h μ. The difference
 //! is filtered by the matrix 1 - h μ J (Hairer, Wanner II, (8.17) to (8.20)), where J is the
 //! Jacobian of (q', p', w').
+//!
 //! The error of order S+1 is raised to the order 2 S of the step, as RADAU does with its tolerance
-//! (J. Comput. Appl. Math. 111 (1999) 93-111).
+//! (J. Comput. Appl. Math. 111 (1999) 93-111). This is right for modes that the step resolves and
+//! for fast modes that decay. In two cases the error is larger:
+//!
+//! - A fast oscillation does not decay, but the step damps it. The difference is then about its
+//!   amplitude, whatever h is. With the changes of q, p and D by the slopes of the error (a, b) of a
+//!   degree of freedom,
+//!
+//!   ```text
+//!   s² = |Δq Δp|/|a b|   r = |ΔD|/|b|   Δq = h μ (∂v/∂p b + ..)   Δp = h μ (∂²H/∂q² a + ..)
+//!   ```
+//!
+//!   the error oscillates fast if s = h μ ω > 4 μ, and r < 2 s: it is not overdamped.
+//! - A part of the force changes within less than the step, as a friction that turns around there.
+//!   The Legendre coefficients of the slopes of p or w then do not decrease. The error is at least
+//!   10 `ρ^(S-1)` times the difference, with ρ the ratio of the last coefficient to the larger of
+//!   the two before. This counts for components far below the size of the solution, too, which
+//!   raising a difference relative to that size underestimates. Three stages have too few
+//!   coefficients.
 
 use super::engine::Engine;
 use super::share::{Allowed, power};
@@ -18,6 +36,9 @@ use afterbay_core::{Scalar, State, System, Vector, larger_or_nan};
 /// whose fast waves are driven smoothly needs it, since the error of such waves has the order S+1
 /// of the estimate.
 const CAUTION: f64 = 10.0;
+
+/// The phase h ω over a step above which the step does not resolve an oscillation. A choice.
+const FAST: f64 = 4.0;
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Estimates the errors of q, p and w, and returns the largest relative to the allowed one.
@@ -39,6 +60,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         };
         let shares = allowed.scales.map(f64::recip);
         let (mut most, mut poison) = ([0.0_f64; 3], 0.0);
+        let (mut of_oscillations, mut rough) = (0.0_f64, 0.0_f64);
         equations.filter(
             tables,
             n,
@@ -52,38 +74,52 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                     raw_c = raw(loss, &trial.loss, d);
                     c = raw_c + by_v + by_d;
                 }
+                let mut largest = 0.0_f64;
                 for ((most, x), share) in most.iter_mut().zip([a, b, c]).zip(shares) {
                     let x = x.abs() * share;
                     *most = if x > *most { x } else { *most };
+                    largest = largest.max(x);
                     poison += 0.0 * x;
                 }
+                let changes = [a - raw(v, &trial.v, d), raw(f, &trial.f, d) - b, step * friction];
+                if oscillates([a, b], changes, tables.eigenvalue) {
+                    of_oscillations = of_oscillations.max(largest);
+                }
+                let of_loss = if *dissipative { tables.roughness(&trial.loss, d) } else { 0.0 };
+                let ratio = tables.roughness(&trial.f, d).max(of_loss);
+                rough = rough.max(CAUTION * largest * ratio.powi(S as i32 - 1));
                 for (to, x) in [&mut *of_q, of_p, raw_of_w].into_iter().zip([a, b, raw_c]) {
                     to[d] = V::Scalar::from_f64(x);
                 }
             },
         );
-        if smooth {
-            return Self::raised(most, allowed) + poison;
-        }
-        let most = most.into_iter().fold(0.0, f64::max);
-        (most / allowed.share).min(f64::MAX) + poison
+        let order = if smooth { Self::RAISED.recip() } else { 1.0 };
+        let unraised = |error: f64| bounded(power(error / allowed.share, order));
+        self.oscillation = unraised(of_oscillations);
+        let error = if smooth {
+            Self::raised(most, allowed).max(unraised(rough))
+        } else {
+            unraised(most.into_iter().fold(0.0, f64::max))
+        };
+        error.max(self.oscillation) + poison
     }
+
+    /// The order of the estimate over that of the step.
+    const RAISED: f64 = (S + 1) as f64 / (2 * S) as f64;
 
     /// The error relative to the allowed one, from estimates of order S+1 in units of the scales.
     #[inline(always)]
     fn raised(estimates: [f64; 3], allowed: Allowed) -> f64 {
-        let exponent = (S + 1) as f64 / (2 * S) as f64;
         let ratios = estimates.into_iter().zip(allowed.relative).map(|(estimate, relative)| {
-            CAUTION * estimate * relative / power(relative * allowed.share, exponent)
+            CAUTION * estimate * relative / power(relative * allowed.share, Self::RAISED)
         });
-        // A ratio that overflows is an error that is too large.
         let most = ratios.fold(0.0, larger_or_nan);
-        let error = power(most, exponent.recip());
-        if error == f64::INFINITY { f64::MAX } else { error }
+        bounded(power(most, Self::RAISED.recip()))
     }
 
     /// Estimates the errors again, with the slopes at the start moved by the first estimate. The
-    /// estimate then vanishes for fast components that decay and are not resolved.
+    /// estimate then vanishes for fast components that decay and are not resolved. It would vanish
+    /// for fast oscillations, too, whose first estimate remains.
     #[cold]
     pub(super) fn estimate_again<F: System<V::Scalar> + ?Sized>(
         &mut self,
@@ -101,9 +137,25 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             }
         }
         moved.evaluate_slopes(system, *dissipative, &at[0], &at[1]);
+        let of_oscillations = self.oscillation;
         std::mem::swap(&mut self.start, &mut self.moved);
         let error = self.estimate(h, allowed, smooth);
         std::mem::swap(&mut self.start, &mut self.moved);
-        error
+        larger_or_nan(error, of_oscillations)
     }
+}
+
+/// Whether the error (a, b) of a degree of freedom oscillates fast, with the changes of q, p and D
+/// by its slopes and with μ.
+#[inline(always)]
+fn oscillates([a, b]: [f64; 2], [q, p, friction]: [f64; 3], eigenvalue: f64) -> bool {
+    let (of_spring, fast) = ((q * p).abs(), FAST * eigenvalue);
+    of_spring > fast * fast * (a * b).abs()
+        && friction * friction * a.abs() < 4.0 * of_spring * b.abs()
+}
+
+/// An error that overflows is too large, whatever its size.
+#[inline(always)]
+fn bounded(error: f64) -> f64 {
+    if error == f64::INFINITY { f64::MAX } else { error }
 }

@@ -1,4 +1,4 @@
-//! The share of a step in the error allowed of the run.
+//! The share of a step in the error allowed for the run.
 //!
 //! The steps of a stiff run differ by factors of 1e6 and more, so that a share by length would ask
 //! of its many short steps far more accuracy than the run needs. The share of a step is one over
@@ -32,12 +32,12 @@ pub(super) struct Share {
     longest: f64,
 }
 
-/// The errors allowed of a step.
+/// The errors allowed for a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Allowed {
     /// The errors of q, p and w allowed at the end of the run.
     pub(super) scales: [f64; 3],
-    /// The share of them allowed of this step.
+    /// The share of them allowed for this step.
     pub(super) share: f64,
     /// The relative tolerances of q, p and w.
     pub(super) relative: [f64; 3],
@@ -57,7 +57,7 @@ impl Share {
         self.longest = self.longest.max(length);
     }
 
-    /// The errors allowed of the step from `state`.
+    /// The errors allowed for the step from `state`.
     #[inline(always)]
     pub(super) fn allowed<V: Vector>(&mut self, state: &State<V>) -> Allowed {
         let t = state.t.to_f64();

@@ -1,9 +1,9 @@
 //! The simplified Newton iteration.
 //!
 //! It ends when the remaining correction, η |ΔZ| with η = θ/(1-θ) and θ the ratio of the last two
-//! corrections, is a tenth of the error allowed of the step (Hairer, Wanner II, IV.8). The Jacobian
-//! is that at a predicted stage in the first half of the step. It is kept while corrections
-//! contract fast, and the factorised matrices as long as h does not change.
+//! corrections, is a tenth of the error allowed for the step (Hairer, Wanner II, IV.8). The
+//! Jacobian is that at a predicted stage in the first half of the step. It is kept while
+//! corrections contract fast, and the factorised matrices as long as h does not change.
 
 use super::engine::Engine;
 use super::share::{Allowed, power};
@@ -15,7 +15,7 @@ use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 const MOST_CORRECTIONS: u32 = 10;
 /// The largest number of corrections of a step in scalars of more than 53 bits.
 const MOST_CORRECTIONS_EXTENDED: u32 = 60;
-/// The error of the iteration relative to the error allowed of the step; between 0.01 and 0.1 in
+/// The error of the iteration relative to the error allowed for the step; between 0.01 and 0.1 in
 /// RADAU5 (Hairer, Wanner II, IV.8).
 const SOLVED: f64 = 0.1;
 /// Corrections below this number of roundings of z end the iteration. A choice.

@@ -13,7 +13,7 @@
 //! its left eigenvectors are the right ones with the sign of every second entry reversed.
 
 use crate::legendre::narrow;
-use afterbay_core::{Quad, Scalar};
+use afterbay_core::{Quad, Scalar, Vector};
 use faer::{Mat, c64};
 use std::array::from_fn;
 use std::f64::consts::PI;
@@ -43,6 +43,9 @@ pub(crate) struct Tables<T, const S: usize> {
     pub(super) weights: [T; S],
     /// ℓ_i(0)
     pub(super) start: [T; S],
+    /// b_i P_k(c_i), k = S-1, S-2, S-3: maps values at the nodes to their last three Legendre
+    /// coefficients.
+    modes: [[f64; S]; 3],
     /// 1 / (c_i Π_k (c_i - c_k))
     barycentric: [T; S],
     /// The real eigenvalue of A, and its right and left eigenvectors.
@@ -76,6 +79,7 @@ impl<const S: usize> Tables<Quad, S> {
             columns: from_fn(|j| from_fn(|i| entry(i, j))),
             weights,
             start: from_fn(|i| product(i, Quad::ZERO) / product(i, nodes[i])),
+            modes: from_fn(|k| from_fn(|i| (weights[i] * rows[i][S - 1 - k]).to_f64())),
             barycentric: from_fn(|i| (nodes[i] * product(i, nodes[i])).recip()),
             eigenvalue: 0.0,
             right: [0.0; S],
@@ -134,6 +138,7 @@ impl<const S: usize> Tables<Quad, S> {
             columns: self.columns.map(|column| column.map(narrow)),
             weights: self.weights.map(narrow),
             start: self.start.map(narrow),
+            modes: self.modes,
             barycentric: self.barycentric.map(narrow),
             eigenvalue: self.eigenvalue,
             right: self.right,
@@ -148,6 +153,21 @@ impl<T: Scalar, const S: usize> Tables<T, S> {
     #[inline(always)]
     pub(super) fn pairs(&self) -> &[Pair<S>] {
         &self.pairs[..S / 2]
+    }
+
+    /// The ratio of the last Legendre coefficient of the entries d of vectors at the nodes to the
+    /// larger of the two before, at most 1; 0 with three nodes, where these hold the mean.
+    #[inline(always)]
+    pub(super) fn roughness<V: Vector<Scalar = T>>(&self, at: &[V; S], d: usize) -> f64 {
+        if S == 3 {
+            return 0.0;
+        }
+        let [last, before, second] = self.modes.map(|mode| {
+            let terms = mode.iter().zip(at);
+            terms.fold(0.0, |sum: f64, (b, x)| b.mul_add(x.as_slice()[d].to_f64(), sum)).abs()
+        });
+        // Without a force there is nothing to resolve.
+        if last > 0.0 { (last / before.max(second)).min(1.0) } else { 0.0 }
     }
 
     /// The matrix that maps increments of a step to those of the polynomial through them at the

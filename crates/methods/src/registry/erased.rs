@@ -83,7 +83,7 @@ pub(super) trait Erased<T: Scalar>: Send + Sync {
         Err(takes_a_tolerance().into())
     }
 
-    fn stepper(&self, tolerance: Tolerance) -> ErasedStepping<'_, T>;
+    fn stepper(&self, tolerance: Option<Tolerance>) -> Result<ErasedStepping<'_, T>, InputError>;
 
     fn step(&self, _h: T, _place: Place<'_, T>) -> Result<Effort, IntegrateError> {
         Err(takes_a_tolerance().into())
@@ -190,15 +190,18 @@ where
         self.within(|workspace| self.run_in(workspace, part, place, show))
     }
 
-    fn stepper(&self, _tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
+    fn stepper(
+        &self,
+        _tolerance: Option<Tolerance>,
+    ) -> Result<ErasedStepping<'_, V::Scalar>, InputError> {
         let (mut workspace, zero) = (self.workspace.clone(), V::Scalar::zero());
         let mut remainder = vec![zero; self.system.dof()];
-        Box::new(move |h, place, _| {
+        Ok(Box::new(move |h, place, _| {
             remainder.fill(zero);
             let grid = Grid { h, steps: 1 };
             let part = Part { grid, first: 0, stride: u64::MAX, remainder: &mut remainder };
             self.run_in(&mut workspace, part, place, &mut |_, _| ControlFlow::Continue(()))
-        })
+        }))
     }
 
     fn step(&self, h: V::Scalar, place: Place<'_, V::Scalar>) -> Result<Effort, IntegrateError> {
@@ -228,8 +231,12 @@ where
         self.system.dof()
     }
 
-    fn stepper(&self, tolerance: Tolerance) -> ErasedStepping<'_, V::Scalar> {
-        Box::new(move |h, place, watch| {
+    fn stepper(
+        &self,
+        tolerance: Option<Tolerance>,
+    ) -> Result<ErasedStepping<'_, V::Scalar>, InputError> {
+        let tolerance = tolerance.ok_or_else(takes_a_tolerance)?;
+        Ok(Box::new(move |h, place, watch| {
             let (mut state, system) = (place.take::<V>(), &*self.system);
             let end = state.t + h;
             let mut between = |n: u64, state: &State<V>| match state.t.lt(end).all() {
@@ -240,7 +247,7 @@ where
                 integrate_within(&self.method, system, &tolerance, end, &mut state, &mut between)?;
             place.put(&state);
             Ok(found.effort)
-        })
+        }))
     }
 
     fn run_within(

@@ -82,8 +82,8 @@ pub(super) const fn increment(
     }
 }
 
-/// The row of a splitting method with a projection onto K. All kicks of order 2 are forward in
-/// time.
+/// The row of a splitting method with a projection onto K. At order 2 all kicks go forward in time,
+/// so that the method is passive.
 pub(super) const fn splitting(
     name: &'static str,
     about: &'static str,

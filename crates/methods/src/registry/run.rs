@@ -160,18 +160,22 @@ impl<T: Scalar> Run<T> {
     }
 
     /// A function that takes single steps, for [`integrate_with_events`]: with a method that
-    /// chooses its steps, a step is a run within the tolerance.
+    /// chooses its steps, a step is a run within the tolerance. Other methods ignore it.
+    ///
+    /// # Errors
+    /// [`InputError::Unsupported`] if the method chooses its steps and there is no tolerance.
     ///
     /// [`integrate_with_events`]: afterbay_core::integrate_with_events
-    pub fn stepper(&self, tolerance: Tolerance) -> Stepping<'_, T> {
-        let mut step = self.bound.stepper(tolerance);
-        Box::new(move |h, state, watch| {
+    pub fn stepper(&self, tolerance: Option<Tolerance>) -> Result<Stepping<'_, T>, InputError> {
+        let bound = self.bound.stepper(tolerance);
+        let mut step = bound.map_err(|error| named(self.method, error))?;
+        Ok(Box::new(move |h, state, watch| {
             state.check(self.bound.dof())?;
             let t = state.t;
             let outcome = step(h, Place::of(state), watch).map_err(|error| self.named(error));
             state.t = t;
             outcome
-        })
+        }))
     }
 
     /// Names the method in an error as its row does.

@@ -22,8 +22,8 @@ use crate::{
 };
 use afterbay_core::solver::FixedPoint;
 
-/// The method of references in studies that show attractors and not errors. It is accurate, and it
-/// can advance eight systems side by side. It is not one of [`METHODS`].
+/// The method that computes the references of the studies of attractors. It is accurate, and it can
+/// advance eight systems side by side. It is not one of [`METHODS`].
 pub static REFERENCE: Row = Row {
     name: "reference",
     about: "DOP853 with small steps",
@@ -335,7 +335,8 @@ pub static METHODS: &[Row] = &[
 /// The methods with a fixed step.
 pub static FIXED: &[Row] = METHODS.split_at(steps()).0;
 
-/// The methods with a tolerance. The first applies to any system, including stiff ones.
+/// The methods with a tolerance. All of them need second derivatives of H. The first also suits
+/// stiff systems.
 pub static ADAPTIVE: &[Row] = METHODS.split_at(steps()).1;
 
 /// Finds the row of a method by its name.

@@ -1,9 +1,10 @@
 //! The stages of an explicit Runge-Kutta step, and their weighted sums.
 
 use super::tableau::{Tableau, Terms, number};
-use crate::kernels::reductions::see_size;
+use crate::kernels::reductions::{larger, see_size};
 use afterbay_core::{Scalar, State, System, Vector};
 use std::array::from_fn;
+use std::ops::RangeTo;
 
 /// The largest number of stages of a tableau.
 const STAGES: usize = 16;
@@ -51,9 +52,9 @@ impl<V: Vector> Stages<V> {
         self.dissipative
     }
 
-    /// The slopes of q and p at the start.
-    pub(crate) fn at_start(&self) -> [&V; 2] {
-        let [q, p, _] = &self.slopes[0];
+    /// The slopes of q and p at the stage.
+    pub(crate) fn slopes(&self, stage: usize) -> [&V; 2] {
+        let [q, p, _] = &self.slopes[stage];
         [q, p]
     }
 
@@ -65,9 +66,7 @@ impl<V: Vector> Stages<V> {
     /// Computes the first stage, which is the state itself.
     #[inline]
     pub(crate) fn begin<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
-        self.q.as_mut_slice().copy_from_slice(state.q.as_slice());
-        self.p.as_mut_slice().copy_from_slice(state.p.as_slice());
-        self.evaluate_slopes(system, 0);
+        self.evaluate_at(system, 0, [&state.q, &state.p]);
         self.start.as_mut_slice().copy_from_slice(self.hq.as_slice());
     }
 
@@ -81,7 +80,7 @@ impl<V: Vector> Stages<V> {
         self.advance_seen::<B, S>(system, h, state, |_, _| {});
     }
 
-    /// Computes them, and passes the point (q, p) of each to `see`.
+    /// Computes the other stages as `advance` does, and passes the point (q, p) of each to `see`.
     #[inline]
     pub(crate) fn advance_seen<B, S>(
         &mut self,
@@ -115,6 +114,24 @@ impl<V: Vector> Stages<V> {
         combine::<V, Q>(row, &self.slopes, h, &state.q, &mut self.q);
         combine::<V, P>(row, &self.slopes, h, &state.p, &mut self.p);
         self.evaluate_slopes(system, I);
+    }
+
+    /// Computes the slopes at (q, p), in the place of a stage.
+    #[inline]
+    pub(crate) fn evaluate_at<S: System<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        stage: usize,
+        [q, p]: [&V; 2],
+    ) {
+        self.q.as_mut_slice().copy_from_slice(q.as_slice());
+        self.p.as_mut_slice().copy_from_slice(p.as_slice());
+        self.evaluate_slopes(system, stage);
+    }
+
+    /// The point (q, p) of the stage computed last.
+    pub(crate) fn point(&self) -> [&V; 2] {
+        [&self.q, &self.p]
     }
 
     /// Computes the slopes at the point of a stage.
@@ -154,7 +171,21 @@ impl<V: Vector> Stages<V> {
         largest_sum::<V, PART>(terms, &self.slopes)
     }
 
-    /// Computes the same sum, added to a starting value.
+    /// The largest absolute entry of the sum in each lane, of the entries of a range. Comparisons
+    /// ignore NaN.
+    #[inline(always)]
+    pub(crate) fn largest_in_lanes<const PART: usize>(
+        &self,
+        terms: Terms,
+        entries: RangeTo<usize>,
+    ) -> V::Scalar {
+        (0..entries.end).fold(V::Scalar::zero(), |most, j| {
+            larger(most, &sum_of_block::<V, PART, 1>(terms, &self.slopes, j)[0])
+        })
+    }
+
+    /// Computes `start` plus `factor` times the sum of the slopes of q, p or w with these
+    /// coefficients.
     #[inline(always)]
     pub(crate) fn add<const PART: usize>(
         &self,

@@ -4,10 +4,11 @@
 //! `cargo test -p afterbay-methods --test suite adaptive_accuracy -- --nocapture` prints the table.
 
 use crate::bind::{Curved, erased};
-use crate::catalog::{As, chain, duffing, oscillator, pendulum, van_der_pol};
+use crate::catalog::{As, chain, duffing, oscillator, pendulum, van_der_pol, written};
 use crate::many::{InSeries, exact_end, start};
 use afterbay_core::{Formulas, FromFormulas, Scalar, State, Statistics, Tolerance};
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting, find};
+use afterbay_systems::{Description, DissipationText};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -123,6 +124,24 @@ fn errors_are_within_ten_times_the_tolerance() {
     let q = sine(8);
     let start: [&[f64]; 2] = [&q, &[0.0; 8]];
     lines("chain of 8", d8.curved(), start, 50.0, &series(&*d8.series(), start, 50.0));
+}
+
+/// A fast oscillator beside a slow one, for the methods that may take steps longer than its period.
+/// Its amplitude of q is that of errors at a tolerance of 1e-6, that of p is 1000 times as large.
+#[test]
+fn a_small_fast_oscillation_is_seen() {
+    head();
+    let description = Description {
+        potential: "q1^2/2 + 5e5*q2^2".into(),
+        dissipation: DissipationText::Forces(vec!["0".into(), "0.2*v2".into()]),
+        ..Description::default()
+    };
+    let system = written(&description);
+    let (start, end): ([&[f64]; 2], f64) = ([&[1.0, 1e-6], &[0.0; 2]], 1.0);
+    let exact = series(&*system.series(), start, end);
+    for name in ["adaptive-collocation", "adaptive-radau"] {
+        line(find(name).unwrap(), &system.curved(), start, end, &exact);
+    }
 }
 
 /// The forces of a long chain cancel, and at the tightest tolerance the error allowed of p is below

@@ -1,6 +1,6 @@
 //! Samples between the steps of methods with step size control.
 
-use crate::bind::Curved;
+use crate::bind::{Curved, erased};
 use crate::catalog::{As, Built, chain, duffing, pendulum};
 use crate::many::{errors, exact_end, start};
 use crate::slope::slope;
@@ -167,6 +167,39 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
     orders("pendulum", &AdaptiveVerner98, pendulum, &most, nine);
 }
 
+/// Each third sample of a square wave of period 0.3 lies within a rounding of a jump, and so does
+/// the end.
+#[test]
+fn samples_within_roundings_of_jumps_are_found() {
+    let forces = vec!["0.3*sign(sin(2*pi*t/0.3))".into()];
+    let forces = DriveDescription { forces, ..Default::default() };
+    let (drive, _) = CustomDrive::new(&forces, 1).unwrap();
+    let description = Description {
+        potential: "q1^2/2".into(),
+        dissipation: DissipationText::Forces(vec!["v1".into()]),
+        ..Default::default()
+    };
+    let custom = Arc::new(Custom::new(&description).unwrap());
+    let system: Arc<Curved<f64>> = Arc::new(Driven::new(custom, Arc::new(drive)).unwrap());
+    let times: Vec<f64> = (1..=90).map(|n| 0.1 * f64::from(n)).collect();
+    let ends = ADAPTIVE.iter().map(|row| {
+        let mut state = with_motors(&State::new(vec![0.06], vec![1.8]).unwrap(), 1);
+        let (run, all) = (erased(row, system.clone()).unwrap(), Tolerance::all(1e-8));
+        let mut last = [0.0; 2];
+        let mut see = |_: u64, at: StateRef<'_, f64>| {
+            last = [at.q[0], at.p[0]];
+            ControlFlow::Continue(())
+        };
+        run.sample(&all, &times, &mut state, &mut see, &mut || false)
+            .unwrap_or_else(|error| panic!("{}: {error}", row.name));
+        last
+    });
+    let ends: Vec<_> = ends.collect();
+    for end in &ends {
+        assert!(far(end, &ends[0]) < 1e-7, "{ends:?}");
+    }
+}
+
 /// A sample at a jump of the force lies within the step across it, of some roundings of the time.
 #[test]
 fn samples_at_a_jump_of_the_force_are_found() {
@@ -200,4 +233,5 @@ fn samples_at_a_jump_of_the_force_are_found() {
     sampled(&AdaptiveVerner87);
     sampled(&AdaptiveVerner98);
     sampled(&AdaptiveRadau);
+    sampled(&AdaptiveCollocation);
 }

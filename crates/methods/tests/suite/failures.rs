@@ -4,12 +4,12 @@
 use crate::bind::{Curved, by_force};
 use crate::catalog::{As, Built, duffing, modified_van_der_pol, oscillator, van_der_pol};
 use afterbay_core::{
-    Block, Curvature, Dissipation, Grid, IntegrateError, Method, Quantity, RunError, Separable,
-    State, StateRef, StepFailure, System,
+    Block, Curvature, Dissipation, Grid, InputError, IntegrateError, Method, Quantity, RunError,
+    Separable, State, StateRef, StepFailure, System, Tolerance, integrate_within,
 };
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{FIXED, Needs, Run, find};
-use afterbay_methods::{Gonzalez, LinearSolver};
+use afterbay_methods::{AdaptiveCollocation, Collocation, Gonzalez, LinearSolver};
 use std::ops::ControlFlow;
 
 /// A free particle with D = 0.1 p and V = 0 up to q = 1, beyond which the force is NaN.
@@ -235,7 +235,7 @@ fn without_damping_there_is_no_pole() {
 fn a_closed_form_without_a_solution_is_singular() {
     // σ = 1 + h/2 (b + h k/2) = 1 + (-2.5 + 0.5)/2 = 0.
     let found = failure(&closed("moddg", &oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
-    assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
+    assert_eq!(found, StepFailure::Singular { dof: 0, slope: Some(0.0) });
     assert_says(&found, &["degree of freedom 1", "0e0", "singular"]);
     // Newton's method finds no solution either.
     let found = failure(&bound("moddg", &oscillator(1.0, -2.5)), 1.0, &state(1.0, 1.0));
@@ -250,7 +250,48 @@ fn a_closed_form_without_a_solution_is_singular() {
 fn leapfrog_is_singular_where_the_drive_cancels_the_momentum() {
     // 1 + h/2 ∂D/∂p = 1 - h/2 μ (1 - q²) = 0.
     let found = failure(&bound("leapfrog", &van_der_pol(4.0)), 0.5, &state(0.0, 1.0));
-    assert_eq!(found, StepFailure::Singular { dof: 0, slope: 0.0 });
+    assert_eq!(found, StepFailure::Singular { dof: 0, slope: Some(0.0) });
+}
+
+/// An oscillator of one degree of freedom, whose derivatives name a second one.
+struct Misnamed;
+
+impl System<f64> for Misnamed {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        (q[0] * q[0] + p[0] * p[0]) / 2.0
+    }
+    fn gradient(&self, q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (q[0], p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d[0] = 0.0;
+    }
+}
+
+impl Curvature<f64> for Misnamed {
+    fn curvature(&self, _q: &[f64], _p: &[f64], mut put: impl FnMut(Block, usize, usize, f64)) {
+        put(Block::Hqq, 0, 1, 1.0);
+        put(Block::Hpp, 0, 0, 1.0);
+    }
+}
+
+#[test]
+fn a_derivative_by_a_coordinate_that_does_not_exist_is_refused() {
+    let system: &Curved<f64> = &Misnamed;
+    let refused = |error: &InputError| matches!(error, InputError::Unsupported { why, .. } if why.contains("does not exist"));
+    let method = Collocation::new(2);
+    let fixed = Method::<Vec<f64>, _>::workspace(&method, system).map(drop).unwrap_err();
+    assert!(refused(&fixed), "{fixed}");
+    for relative in [1e-3, 1e-9] {
+        let (mut state, tolerance) = (state(1.0, 0.0), Tolerance::all(relative));
+        let method = AdaptiveCollocation;
+        let found = integrate_within(&method, system, &tolerance, 1.0, &mut state, &mut ());
+        let Err(IntegrateError::Input(error)) = found else { panic!("{found:?}") };
+        assert!(refused(&error), "{error}");
+    }
 }
 
 /// A system without degrees of freedom.

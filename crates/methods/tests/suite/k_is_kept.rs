@@ -53,8 +53,8 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
         StepFailure::TooLong { .. } => row.name == "locally-exact",
         // Only events cause it.
         StepFailure::EventsAccumulate { .. } => false,
-        // Only the reference divides its steps at kinks.
-        StepFailure::KinksAccumulate { .. } => false,
+        // Only the reference divides its steps.
+        StepFailure::PartsAccumulate { .. } => false,
         StepFailure::NoRelaxationRoot { .. } => row.name.starts_with("relaxed"),
         StepFailure::ProjectionFailed { .. } => row.name.starts_with("splitting"),
     }

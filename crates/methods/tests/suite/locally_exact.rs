@@ -2,7 +2,9 @@
 //! passivity, symmetry, failures.
 
 use crate::bind::{Curved, curved};
-use crate::catalog::{As, Both, Built, chain, duffing, oscillator, pendulum, ring, van_der_pol};
+use crate::catalog::{
+    As, Both, Built, chain, duffing, oscillator, pendulum, ring, van_der_pol, written_general,
+};
 use crate::many::orders::check_orders;
 use crate::many::{InSeries, errors, exact_end, reference, start};
 use crate::systems::{self, Springs, Twisted};
@@ -11,8 +13,8 @@ use afterbay_core::{
 };
 use afterbay_methods::LocallyExact;
 use afterbay_methods::registry::{Run, find};
-use afterbay_systems::DampedDoublePendulum;
 use afterbay_systems::catalog::Expandable;
+use afterbay_systems::{DampedDoublePendulum, DissipationText, GeneralDescription};
 use allocation_counter::measure;
 use proptest::prelude::*;
 
@@ -82,6 +84,15 @@ fn exact_on_linear_systems() {
         }
         exact::<Quad>(&chain(3, 0.0, 0.25), h);
         exact::<f64>(&oscillator(1.0, 0.0), h);
+    }
+    // A magnetic field, with friction that depends on v, not on p.
+    let magnetic = written_general(&GeneralDescription {
+        hamiltonian: "((p1 + q2/2)^2 + (p2 - q1/2)^2)/2 + (q1^2 + q2^2)/2".into(),
+        dissipation: DissipationText::Forces(vec!["0.3*v1".into(), "0.3*v2".into()]),
+        ..GeneralDescription::default()
+    });
+    for h in [0.01, 0.7, 3.0] {
+        exact::<f64>(&magnetic, h);
     }
     // Overdamped: the midpoint rule reverses the sign of the fast component, while this method
     // damps it.

@@ -78,7 +78,7 @@ impl<T: Scalar> PhasePlane<T> for DampedDoublePendulum<T> {
         let cos_bend = -(c * sigma + s * sigma_slope).half();
         let sin_bend =
             (c * c - s * s) * sigma * cos_e + (turn * (sigma_slope * cos_e - sigma * sin_e)).half();
-        // And of det M and T at the end.
+        // The derivatives of det M and T at the end.
         let det_end = two * square * end[0] * end[1];
         let kinetic_end = (cross * end[0] - end[3] * det_end) / end[2];
 

@@ -38,7 +38,7 @@ impl<T: Scalar> DampedOscillator<T> {
         self.advance(h, q, p).1
     }
 
-    /// The new (q, p), and what was added to (q, p, w).
+    /// The new (q, p), and the increments of (q, p, w).
     fn advance(&self, h: T, q: T, p: T) -> ([T; 2], [T; 3]) {
         let creeping = self.b.half().mul_add(self.b.half(), -self.k);
         if T::zero().lt(creeping).all() {

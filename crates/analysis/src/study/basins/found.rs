@@ -44,10 +44,10 @@ pub(super) struct Ended {
 
 /// Follows a run until it repeats, or fills the boxes of an attractor without a period.
 ///
-/// Without a drive (`STEPS`) the phase of a motion is arbitrary, and states that an interval of
-/// time picks out show the interval as much as the motion: a cycle of its length looks like a rest,
-/// one of nearly its length like a motion that creeps. Then all steps are looked at. A run repeats
-/// only where it rests, and other motions have their path as their attractor.
+/// Without a drive (`STEPS`) the phase of a motion is arbitrary. States at equal intervals of time
+/// then depend on the interval: a cycle whose period is the interval looks like rest, and one of
+/// nearly this period looks like slow motion. All steps are therefore examined. A run repeats only
+/// where it rests; the attractor of any other motion is its path.
 pub(super) struct Found<'a, const STEPS: bool> {
     nearby: Nearby<'a>,
     /// The last states.

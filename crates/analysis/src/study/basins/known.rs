@@ -1,4 +1,4 @@
-//! The attractors that are known, and how a run is seen to reach one.
+//! Known attractors, and the test by which a run reaches one of them.
 
 use super::found::{MORE, SEEN};
 use super::survey::Survey;
@@ -15,7 +15,8 @@ use std::ops::ControlFlow;
 pub(super) const NEAR: f64 = 1e-3;
 /// The least sides of the boxes of an attractor without a period, relative to its extents.
 pub(super) const BOX: f64 = 0.02;
-/// The returns of which a share must lie in the boxes.
+/// The number of last returns that are compared with the boxes, and the share of them that must lie
+/// inside.
 const LAST: usize = 100;
 const SHARE: f64 = 0.9;
 /// The share of other returns that the boxes hold. More than [`SHARE`], since it varies.
@@ -194,7 +195,7 @@ impl Survey<'_> {
             [] => new.attractor.points(),
             cycle => cycle,
         };
-        // As often as the longest cycle must be seen.
+        // The points are repeated as often as the test of the longest cycle requires.
         let mut nearby = Nearby::new(self, u64::MAX);
         let again = points.iter().cycle().take(points.len().max(2 * SEEN));
         let _ = (1..).zip(again).try_for_each(|(n, point)| nearby.compare(n, point));
@@ -209,8 +210,8 @@ fn near(x: f64, unit: f64) -> f64 {
     (x / digit).round() * digit + 0.0
 }
 
-/// The box that a point lies in. 0 lies within one, so that what stays there but for roundings
-/// stays in its box.
+/// The box in which a point lies. 0 is the centre of a box, so that an entry that stays at 0 up to
+/// roundings stays in its box.
 pub(super) fn boxed(point: &[f64], sides: &[f64]) -> Vec<i64> {
     point.iter().zip(sides).map(|(x, side)| (x / side).round() as i64).collect()
 }

@@ -15,7 +15,7 @@ pub struct BasinMap {
     pub row: &'static Row,
     /// The step.
     pub h: f64,
-    /// The attractors. That of number n stands at n - 1.
+    /// The attractors. Attractor number n has the index n - 1.
     pub attractors: Vec<Known>,
     /// The cells, row by row from the least value of the second axis.
     pub cells: Vec<Cell>,

@@ -13,7 +13,7 @@ use crate::study::section::point;
 use afterbay_core::{InputError, StateRef};
 use std::ops::ControlFlow;
 
-/// The most attractors that are told apart. Where there are more, as in a system without friction,
+/// The most attractors that are distinguished. If there are more, as in a system without friction,
 /// the other runs are unsettled.
 const MOST_ATTRACTORS: usize = 24;
 /// The most new attractors that are looked for between two comparisons of all runs.
@@ -70,7 +70,7 @@ impl<'a> Survey<'a> {
             if self.attractors.len() > before {
                 continue;
             }
-            // Another comparison would be that of before. Each run decides for itself.
+            // Another comparison would give the same result. Each run is followed by itself.
             for group in left.chunks(TOGETHER) {
                 if !self.is_full() {
                     self.discover(group)?;
@@ -82,12 +82,12 @@ impl<'a> Survey<'a> {
         Ok(BasinMap { row: ensemble.row, h, attractors, cells })
     }
 
-    /// Those of cells whose outcome is not known.
+    /// The cells among `cells` whose outcome is not known.
     fn open(&self, cells: impl IntoIterator<Item = usize>) -> Vec<usize> {
         cells.into_iter().filter(|&i| self.cells[i].is_none()).collect()
     }
 
-    /// Whether no more attractors are told apart.
+    /// Whether the number of attractors has reached its limit.
     fn is_full(&self) -> bool {
         self.attractors.len() >= MOST_ATTRACTORS
     }

@@ -59,8 +59,8 @@ impl Basins {
 struct Halves([Ranges; 2]);
 
 impl Halves {
-    /// The extents of the run, 0 for what does not move; none if an entry goes much further in the
-    /// second half.
+    /// The extents of the run, 0 for entries that do not move; none if an entry moves much further
+    /// in the second half.
     fn extents(self, periods: &[Option<f64>]) -> Option<Vec<f64>> {
         let Self([first, second]) = self;
         let mut all = first.clone();

@@ -14,7 +14,7 @@ const MOST_TRIED: u32 = 60;
 /// and the velocity v_j = ∂H/∂p_j becomes -r v_j, with r the restitution. If H is separable, p_j
 /// becomes -r p_j. If r = 1, and H is quadratic in p_j, H does not change.
 ///
-/// If there is no such p_j, p does not change.
+/// If no such p_j is found, p does not change.
 pub(super) fn rebound(
     system: &(impl System<f64> + ?Sized),
     q: &[f64],

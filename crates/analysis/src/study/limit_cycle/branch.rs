@@ -17,7 +17,7 @@ use super::cycle::Cycle;
 use super::event::{self, Tests, is_real};
 use super::homoclinic::Approach;
 use super::scales::scales_of;
-use super::shooting::{Condition, Image, Shooting, Solved};
+use super::shooting::{Condition, Image, Shooting, Solved, null_vector};
 use super::{CycleFailure, Event, Point, phase, steps};
 use afterbay_core::IntegrateError;
 use afterbay_core::solver::zero_within;
@@ -26,11 +26,12 @@ use faer::Mat;
 /// The longest step along the branch, and the first, measured by the sizes of the unknowns.
 const LONGEST: f64 = 0.05;
 const FIRST: f64 = 0.01;
-/// The shortest step. Where it is too long, the branch ends with the failure.
+/// The shortest step. If it fails, the branch ends with its failure.
 const SHORTEST: f64 = 1e-7;
 /// The cosine of the largest angle between two directions.
 const STRAIGHT: f64 = 0.9;
-/// Corrections of Newton's method below which steps become longer, and above which shorter.
+/// The numbers of corrections of Newton's method up to which steps become longer, and from which
+/// they become shorter.
 const EASY: usize = 4;
 const HARD: usize = 7;
 /// The most cycles of a branch.
@@ -40,17 +41,19 @@ const MOST_POINTS: usize = 5_000;
 const ALPHA: f64 = 2.5;
 /// The factor by which the size of an unknown may change before it is measured anew.
 const RESCALED: f64 = 4.0;
-/// The shares of its largest size on the branch below which a cycle is small, and has shrunk.
+/// Shares of its largest size on the branch: below the first a cycle is small, and below the second
+/// it has shrunk.
 const SMALL: f64 = 1e-4;
 const SHRUNK: f64 = 1e-5;
-/// The share of its range by which the parameter changes less from a small cycle to one that has
-/// shrunk, if they shrink to rest. At a Hopf bifurcation it changes like the square of the size,
-/// and where a force vanishes like the size.
+/// The largest change of the parameter, as a share of its range, from a small cycle to one that has
+/// shrunk, at which the cycles shrink to rest. At a Hopf bifurcation the parameter changes with the
+/// square of the size of the cycle, and where a force vanishes with the size.
 const UNCHANGED: f64 = 1e-6;
 /// The least size with which an entry of q and p is measured, as a share of its largest size on the
 /// branch, times the share that is left of the entry that has shrunk least. A choice.
 const LEAST_SIZE: f64 = 0.1;
-/// The value of a test function that counts as 0, relative to those between which it is.
+/// The value of a test function that counts as 0, as a share of the larger of its values at the
+/// ends of the step.
 const LOCATED: f64 = 1e-10;
 
 /// A branch of cycles in a parameter.
@@ -150,13 +153,6 @@ impl Place {
     }
 }
 
-/// The direction that a matrix with one row less than columns sends to 0, of length 1.
-fn null_vector(matrix: &Mat<f64>) -> Result<Vec<f64>, CycleFailure> {
-    let svd = matrix.svd().map_err(|_| CycleFailure::NoMultipliers)?;
-    let vectors = svd.V();
-    Ok(vectors.col(vectors.ncols() - 1).iter().copied().collect())
-}
-
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -164,9 +160,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// The continuation of a branch.
 #[derive(PartialEq, Eq)]
 enum Goes {
-    /// It is at its end.
+    /// The branch is at its end.
     Ends,
-    /// It is at a period doubling, whose cycles are followed.
+    /// The branch is at a period doubling, and goes on with the cycles of twice the period.
     Doubles,
 }
 
@@ -249,8 +245,11 @@ impl Walk<'_> {
         }
     }
 
-    /// The failure at which the branch ends if its cycles, the last of these sizes, shrink on and
-    /// on at one value of the parameter.
+    /// Ends the branch if its cycles shrink to rest at one value of the parameter. `scales` are the
+    /// sizes of the last cycle.
+    ///
+    /// # Errors
+    /// [`CycleFailure::ShrinksToRest`]
     fn refuse_rest(&mut self, scales: &[f64]) -> Result<(), CycleFailure> {
         let mut share = 0.0_f64;
         for (largest, &scale) in self.largest.iter_mut().zip(scales).take(self.shooting.size()) {
@@ -270,7 +269,11 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// The failure at which the branch is given up if its period alone grows on and on.
+    /// Ends the branch if its period grows without bound while the parameter and the sizes of the
+    /// cycle hardly change.
+    ///
+    /// # Errors
+    /// [`CycleFailure::PeriodGrows`]
     fn refuse_homoclinic(&mut self, scales: &[f64]) -> Result<(), CycleFailure> {
         let (value, period) = (self.at.x[self.at.x.len() - 1], self.at.cycle.period);
         let range = (self.branch.to - self.branch.from).abs();

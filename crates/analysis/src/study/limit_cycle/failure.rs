@@ -109,7 +109,10 @@ pub enum CycleFailure {
         /// The most cycles of a branch.
         limit: usize,
     },
-    /// A decomposition of a matrix does not converge.
+    /// The singular values of the equations cannot be computed.
+    #[error("the equations of the cycle cannot be solved: their matrix is not finite")]
+    NotFinite,
+    /// The eigenvalues of the matrix of the cycle cannot be computed.
     #[error("the multipliers cannot be computed: the matrix of the cycle is not finite")]
     NoMultipliers,
 }
@@ -133,7 +136,9 @@ impl CycleFailure {
             Self::AtRest { .. } => "at-rest",
             Self::NoReturn { .. } | Self::NoPeriod { .. } => "no-return",
             Self::NoPeriodInTime => "no-period-in-time",
-            Self::NotConverged { .. } | Self::PeriodLost { .. } => "not-converged",
+            Self::NotConverged { .. } | Self::PeriodLost { .. } | Self::NotFinite => {
+                "not-converged"
+            }
             Self::NotIsolated { .. } => "not-isolated",
             Self::ShrinksToRest { .. } => "shrinks-to-rest",
             Self::PeriodGrows { .. } => "period-grows",

@@ -215,11 +215,12 @@ impl Shooting<'_> {
         Ok(Image { path, period, residual, monodromy, determinant, matrix })
     }
 
-    /// Solves the equations and the conditions by Newton's method from x. As many conditions as
-    /// there are unknowns in excess of 2N.
+    /// Solves the equations and the conditions by Newton's method from x. There must be as many
+    /// conditions as unknowns in excess of 2N.
     ///
     /// # Errors
-    /// The failure of a step, [`CycleFailure::NotConverged`] and [`CycleFailure::PeriodLost`].
+    /// The failure of a step, [`CycleFailure::NotConverged`], [`CycleFailure::PeriodLost`] and
+    /// [`CycleFailure::NotFinite`].
     pub(super) fn solve(
         &self,
         mut x: Vec<f64>,
@@ -277,7 +278,7 @@ impl Shooting<'_> {
                 normal.iter().zip(off).map(|(normal, off)| normal * off).sum()
             }
         });
-        let svd = matrix.svd().map_err(|_| CycleFailure::NoMultipliers)?;
+        let svd = matrix.svd().map_err(|_| CycleFailure::NotFinite)?;
         let values: Vec<f64> = svd.S().column_vector().iter().copied().collect();
         let (most, least) = (values[0], values[all - 1]);
         let mut parts = svd.U().transpose() * right;
@@ -287,6 +288,16 @@ impl Shooting<'_> {
         let correction = svd.V() * parts;
         Ok((correction.iter().copied().collect(), least / most))
     }
+}
+
+/// The direction that a matrix with one row less than columns sends to 0, of length 1.
+///
+/// # Errors
+/// [`CycleFailure::NotFinite`]
+pub(super) fn null_vector(matrix: &Mat<f64>) -> Result<Vec<f64>, CycleFailure> {
+    let svd = matrix.svd().map_err(|_| CycleFailure::NotFinite)?;
+    let vectors = svd.V();
+    Ok(vectors.col(vectors.ncols() - 1).iter().copied().collect())
 }
 
 /// The state z at the start of a period in time.
@@ -299,4 +310,17 @@ fn start(model: &Model, z: &[f64]) -> Result<State<Vec<Quad>>, InputError> {
 /// q and p of the degrees of freedom that are not motors.
 fn numbers(state: &State<Vec<Quad>>, n: usize) -> impl Iterator<Item = Quad> + '_ {
     state.q[..n].iter().chain(&state.p[..n]).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equations_that_are_not_finite_are_told_from_multipliers_that_are_not_known() {
+        let failure = null_vector(&Mat::from_fn(1, 2, |_, _| f64::NAN)).expect_err("no direction");
+        let ending = failure.ending().expect("no invalid input");
+        assert_eq!(ending.outcome, "not-converged");
+        assert!(ending.failure.is_some_and(|why| why.contains("equations of the cycle")));
+    }
 }

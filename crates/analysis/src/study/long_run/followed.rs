@@ -5,8 +5,9 @@ use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::kept::LargestEnergy;
 use crate::study::outcome::Ending;
+use crate::study::trajectory::{KeptState, of_run};
 use afterbay_core::{
-    Grid, IntegrateError, Quad, RunError, STEPS_OF_BLOCK, Scalar, State, StateRef, System, f64x8,
+    Grid, IntegrateError, Quad, STEPS_OF_BLOCK, Scalar, State, StateRef, System, f64x8,
 };
 use afterbay_methods::registry::{Part, Run};
 use serde::{Deserialize, Serialize};
@@ -73,22 +74,20 @@ pub(super) struct FollowedRun {
     pub(super) windows: Vec<Window>,
     under_way: Samples,
     pub(super) ending: Ending,
-    /// q, p, w and the part of w below its rounding; none once the run has failed.
-    state: Option<[Vec<f64>; 4]>,
+    /// The state; none once the run has failed.
+    state: Option<KeptState>,
 }
 
 impl FollowedRun {
     fn new(start: &Problem) -> Result<Self, IntegrateError> {
         let (mut under_way, first) = (Samples::default(), start.start::<f64>()?);
         under_way.largest.see(&*start.model.system::<f64>()?, first.state_ref());
-        let State { q, p, w, .. } = first;
-        let (windows, remainder) = (Vec::new(), vec![0.0; w.len()]);
-        let state = Some([q, p, w, remainder]);
+        let (windows, state) = (Vec::new(), Some(KeptState::of(first)));
         Ok(Self { windows, under_way, ending: Ending::interrupted(), state })
     }
 }
 
-/// How a leg of runs side by side ended.
+/// The end of a leg of runs side by side.
 enum Beside {
     /// All runs have finished it.
     Finished,
@@ -113,7 +112,7 @@ struct Span {
 }
 
 impl Followed {
-    /// Before the first leg.
+    /// The runs before their first leg.
     pub(super) fn new(starts: &[Problem]) -> Result<Self, IntegrateError> {
         let runs = starts.iter().map(FollowedRun::new).collect::<Result<_, _>>()?;
         Ok(Self { done: 0, alone: false, runs })
@@ -190,11 +189,12 @@ impl Followed {
         let exact = starts[0].model.system::<Quad>()?;
         // Lanes without a run repeat the last one.
         let lane = |k: usize| states[k.min(states.len() - 1)];
-        let pack = |part: usize| -> Vec<f64x8> {
-            let entries = 0..states[0][part].len();
-            entries.map(|j| f64x8::from_lanes(|k| lane(k)[part][j])).collect()
+        let pack = |part: fn(&KeptState) -> &[f64]| -> Vec<f64x8> {
+            let entries = 0..part(states[0]).len();
+            entries.map(|j| f64x8::from_lanes(|k| part(lane(k))[j])).collect()
         };
-        let [q, p, w, mut remainder] = [0, 1, 2, 3].map(pack);
+        let (q, p, w) = (pack(|state| &state.q), pack(|state| &state.p), pack(|state| &state.w));
+        let mut remainder = pack(|state| &state.remainder);
         let mut state = State { q, p, w, t: f64x8::splat(span.begin as f64 * span.h) };
         let initial = initial(starts, &*exact)?;
         let mut samples: Vec<Samples> = self.runs.iter().map(|run| run.under_way).collect();
@@ -210,9 +210,10 @@ impl Followed {
         if result.is_err() {
             return Ok(Beside::Apart);
         }
-        let parts = [&state.q, &state.p, &state.w, &remainder];
         for (k, (run, samples)) in self.runs.iter_mut().zip(samples).enumerate() {
-            let state = parts.map(|part| part.iter().map(|x| x.lane(k)).collect());
+            let lane = |part: &[f64x8]| part.iter().map(|x| x.lane(k)).collect();
+            let (q, p, w) = (lane(&state.q), lane(&state.p), lane(&state.w));
+            let state = KeptState { q, p, w, remainder: lane(&remainder) };
             run.complete(span, samples, Some(state), Ending::of(&result, 1, 1));
         }
         Ok(Beside::Finished)
@@ -229,7 +230,9 @@ impl FollowedRun {
         report: &mut dyn FnMut(u64),
         progress: &dyn Progress,
     ) -> Result<bool, IntegrateError> {
-        let Some([q, p, w, mut remainder]) = self.state.clone() else { return Ok(true) };
+        let Some(KeptState { q, p, w, mut remainder }) = self.state.clone() else {
+            return Ok(true);
+        };
         let (Setup { row, compensated, .. }, model) = (*setup, &start.model);
         let exact = model.system::<Quad>()?;
         let method = if compensated { model.bind_compensated(row)? } else { model.bind(row)? };
@@ -243,19 +246,14 @@ impl FollowedRun {
         if progress.stopped() {
             return Ok(false);
         }
-        let state = result.is_ok().then_some([state.q, state.p, state.w, remainder]);
+        let State { q, p, w, .. } = state;
+        let state = result.is_ok().then_some(KeptState { q, p, w, remainder });
         self.complete(span, samples, state, Ending::of(&result, 1, 1));
         Ok(true)
     }
 
-    /// Takes over what a leg gave.
-    fn complete(
-        &mut self,
-        span: Span,
-        samples: Samples,
-        state: Option<[Vec<f64>; 4]>,
-        ending: Ending,
-    ) {
+    /// Records the result of a leg.
+    fn complete(&mut self, span: Span, samples: Samples, state: Option<KeptState>, ending: Ending) {
         let [window_ends, run_ends] = span.completes;
         self.under_way = samples;
         if state.is_some() && window_ends {
@@ -309,12 +307,7 @@ fn leg<T: Scalar>(
         }
         progress.flow()
     });
-    result.map(drop).map_err(|error| match error {
-        IntegrateError::Run(RunError { step, t, failure }) => {
-            RunError { step: begin + step, t, failure }.into()
-        }
-        error => error,
-    })
+    result.map(drop).map_err(|error| of_run(begin, error))
 }
 
 /// The state of one of the runs, in 106 bits.

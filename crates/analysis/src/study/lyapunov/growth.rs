@@ -86,7 +86,7 @@ impl Frame {
         Self { vectors: Mat::identity(size, size), unit: None }
     }
 
-    /// Takes one step from a state, and adds what it does to the vectors.
+    /// Takes one step from a state, and adds the growth of the vectors in it to the sums.
     ///
     /// # Errors
     /// [`Stop`]; the vectors and the sums are then unchanged.
@@ -164,7 +164,7 @@ pub(super) struct Divergence {
 }
 
 impl Divergence {
-    /// That of a model, if it has second derivatives.
+    /// The divergence of a model; its value is not known without second derivatives.
     ///
     /// # Errors
     /// Those of [`Model::system`].

@@ -335,7 +335,8 @@ struct Bracket {
     nearest: Option<Trial>,
 }
 
-/// Why no more steps are tried, if the search is given up. `best` is the least error so far.
+/// The reason for which no more steps are tried, if the search is given up. `best` is the least
+/// error so far.
 fn given_up(idle: u32, enough: Option<&str>, best: f64, steps: u64) -> Option<String> {
     match enough {
         _ if idle == MOST_IDLE_SEARCHES => {
@@ -353,7 +354,7 @@ fn given_up(idle: u32, enough: Option<&str>, best: f64, steps: u64) -> Option<St
 enum Reached {
     /// This many steps are within the bound.
     Within(u64),
-    /// The nearest run, and why none is nearer.
+    /// The nearest run, and the reason for which none is nearer.
     Not(Option<Box<Trial>>, String),
 }
 

@@ -1,4 +1,4 @@
-//! The times of the settings that qualify, and whether they tell two settings apart.
+//! The times of the settings that qualify, and whether two of them differ by more than noise.
 
 use super::Candidate;
 use super::setting::Choice;
@@ -70,7 +70,7 @@ pub(super) fn measure(
     Ok(())
 }
 
-/// The number of candidates, next to the first and sorted by time, that may be as fast as it.
+/// The number of candidates after the first that may be as fast as it. They are sorted by time.
 pub(super) fn ties(qualified: &[Candidate]) -> usize {
     let Some((winner, rest)) = qualified.split_first() else { return 0 };
     let Some(times) = winner.times else { return 0 };

@@ -4,7 +4,7 @@ use crate::ModelError;
 use afterbay_core::InputError;
 use thiserror::Error;
 
-/// An error that prevents a map. A failure in a cell is a verdict instead.
+/// An error that prevents a study of many runs. The failure of a run is a result of the study.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MapError {
     /// The system has no such parameter, or the value is not valid.

@@ -53,7 +53,7 @@ impl Reference {
         self.agrees(statistics.size, &mean, [TOLERANCE, SHARE])
     }
 
-    /// Whether size and mean agree, within shares of what a verdict allows.
+    /// Whether size and mean agree within the given tolerance and share.
     pub(super) fn agrees(&self, size: f64, mean: &[f64], [tolerance, share]: [f64; 2]) -> bool {
         let Scales { by_reach, centre, .. } = &self.scales;
         let square =

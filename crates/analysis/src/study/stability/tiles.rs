@@ -32,8 +32,8 @@ impl<'a> Tiles<'a> {
         Ok(Self { map, methods, observations, batches })
     }
 
-    /// The rows of the table, ordered by method, value and step, from the results of all tiles.
-    /// Those of an interrupted study are left out.
+    /// The rows of the table, ordered by method, value and step, from the results of all tiles. The
+    /// tiles of an interrupted study that were not computed have none.
     pub fn rows(&self, parts: Vec<Vec<(usize, StabilityRow)>>) -> Vec<StabilityRow> {
         in_order(parts)
     }

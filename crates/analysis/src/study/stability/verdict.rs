@@ -36,7 +36,7 @@ pub enum Verdict {
     /// The equation of the step has several solutions, and the one continued from h = 0 ends on the
     /// way.
     SeveralSolutions,
-    /// δ met its pole, or the step equation was singular.
+    /// δ met its pole, the equation of the step was singular, or a step would cross a singularity.
     Pole,
 }
 
@@ -125,7 +125,7 @@ impl Verdict {
             | StepFailure::TooLarge { .. }
             | StepFailure::Vanishes { .. }
             | StepFailure::EventsAccumulate { .. }
-            | StepFailure::KinksAccumulate { .. } => Self::NoConvergence,
+            | StepFailure::PartsAccumulate { .. } => Self::NoConvergence,
         }
     }
 }

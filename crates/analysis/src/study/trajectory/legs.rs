@@ -1,11 +1,13 @@
-//! A run in legs: a stopped one goes on where a leg ended.
+//! A run in legs. A run that was stopped continues at the end of its last leg.
 
 use super::{Balance, Steps, TrajectoryRow};
 use crate::progress::{Piece, Progress};
 use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::words::{Word, word as read_word};
-use afterbay_core::{Grid, IntegrateError, RunError, STEPS_OF_BLOCK, State, StateRef, Tolerance};
+use afterbay_core::{
+    Grid, InputError, IntegrateError, RunError, STEPS_OF_BLOCK, State, StateRef, Tolerance,
+};
 use afterbay_methods::registry::{Part, Row};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -27,7 +29,7 @@ pub struct Legs {
     pub method: Word,
     /// K and H of the states so far.
     pub balance: Balance,
-    /// How the run ended; `interrupted` while legs of it are left.
+    /// The ending of the run; `interrupted` while legs of it are left.
     pub ending: Ending,
     /// The steps of size h done.
     pub(in crate::study) done: u64,
@@ -40,11 +42,11 @@ pub struct Legs {
 /// A state of a run, with the motors of a drive.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in crate::study) struct KeptState {
-    q: Vec<f64>,
-    p: Vec<f64>,
-    w: Vec<f64>,
+    pub(in crate::study) q: Vec<f64>,
+    pub(in crate::study) p: Vec<f64>,
+    pub(in crate::study) w: Vec<f64>,
     /// The part of w below its rounding ([`Part::remainder`]).
-    remainder: Vec<f64>,
+    pub(in crate::study) remainder: Vec<f64>,
 }
 
 impl KeptState {
@@ -179,6 +181,8 @@ impl Legs {
         keep: Keep<'_>,
         progress: &dyn Progress,
     ) -> Result<Result<(), IntegrateError>, IntegrateError> {
+        let why = "it takes a tolerance, not a step";
+        let tolerance = tolerance.ok_or(InputError::Unsupported { method: row.name, why })?;
         let system = problem.model.system::<f64>()?;
         let begin = self.done;
         let last = (!end.is_multiple_of(every)).then_some(end);
@@ -230,8 +234,8 @@ struct LegSteps {
     grid: Grid<f64>,
     every: u64,
     end: u64,
-    /// That of a method that chooses its steps.
-    tolerance: f64,
+    /// The relative tolerance, for a method that chooses its steps.
+    tolerance: Option<f64>,
 }
 
 /// A state, and the part of w below its rounding ([`Part::remainder`]).

@@ -57,7 +57,7 @@ impl Legs {
         let mut stopped = begin == 0 && keep(0, state.state_ref(), balance).is_break();
         self.samples = self.samples.max(1);
         let times = Times { spacing, count: samples(problem.end, spacing) };
-        let mut step = bound.stepper(Tolerance::all(steps.tolerance));
+        let mut step = bound.stepper(steps.tolerance.map(Tolerance::all))?;
         let end = grid.steps.min(begin.saturating_add(steps_of_leg(&state)));
         let (mut piece, mut result) = (Piece::new(progress), Ok(()));
         while self.done < end && !stopped {
@@ -137,7 +137,6 @@ impl Times {
         step: TakeStep<'_>,
         keep: &mut dyn FnMut(StateRef<'_, f64>) -> ControlFlow<()>,
     ) -> Result<bool, IntegrateError> {
-        let mut stopped = false;
         while *next <= self.count {
             let t = *next as f64 * self.spacing;
             // The times of the steps are rounded.
@@ -151,10 +150,12 @@ impl Times {
                 step(early, &mut there, &mut unwatched)?;
             }
             there.t = t;
-            stopped |= keep(there.state_ref()).is_break();
             *next += 1;
+            if keep(there.state_ref()).is_break() {
+                return Ok(true);
+            }
         }
-        Ok(stopped)
+        Ok(false)
     }
 }
 

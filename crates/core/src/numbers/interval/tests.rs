@@ -16,7 +16,7 @@ fn intervals() -> Vec<Interval> {
     pairs.filter(|(a, b)| a <= b).map(|(a, b)| Interval::new(a, b)).collect()
 }
 
-/// Does the interval contain a number of 106 bits? What is not bounded contains everything.
+/// Whether the interval contains a number of 106 bits. An unbounded interval contains every number.
 fn holds(x: Interval, y: Quad) -> bool {
     let [low, high] = [x.low(), x.high()].map(Quad::from_f64);
     !x.is_bounded() || low <= y && y <= high

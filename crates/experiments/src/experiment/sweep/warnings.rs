@@ -36,7 +36,7 @@ impl Warnings {
         }
     }
 
-    /// Appends what was seen.
+    /// Appends the readings of the warnings.
     pub(super) fn read(&self, readings: &mut Readings) {
         for (method, Seen { count, most, place }) in &self.rises {
             readings.add(method, "points with a rise", *count);
@@ -59,7 +59,7 @@ fn add(all: &mut BTreeMap<String, Seen>, of: String, number: f64, place: &str) {
     }
 }
 
-/// The sentences on what was read, and whether all statements hold.
+/// The sentences of the warnings, and whether all statements hold.
 pub(super) fn say(r: &Readings) -> (bool, String) {
     let rises = r.numbers("points with a rise").into_iter().map(|(method, count)| {
         let (most, place) =

@@ -28,7 +28,7 @@ pub(super) fn read(plan: &RunPlan, found: &[Run], readings: &mut Readings) {
     }
 }
 
-/// The sentences on what was read.
+/// The sentences on the readings.
 pub(super) fn say(r: &Readings) -> String {
     let sizes = r.numbers("size").into_iter();
     let sizes: Vec<String> =

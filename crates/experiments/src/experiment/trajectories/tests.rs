@@ -134,9 +134,9 @@ fn another_command_goes_on_with_the_states_of_a_run() {
     let (resumed, ..) = tables(&scene, &share, &Silent);
     assert!(resumed == states, "tables differ");
     drop(share);
-    let (joined, task, read) = Journal::join(folder.path(), Task::Run).expect("a journal");
-    assert_eq!(task, Task::Run);
-    assert!(tables(&read, &joined, &Silent).0 == states, "tables differ");
+    let joined = Journal::join(folder.path(), Task::Run).expect("a journal");
+    assert_eq!(joined.task, Task::Run);
+    assert!(tables(&joined.scene, &joined.journal, &Silent).0 == states, "tables differ");
 }
 
 #[test]

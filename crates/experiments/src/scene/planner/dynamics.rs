@@ -18,8 +18,9 @@ use afterbay_methods::registry::Row;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-/// How many times shorter than the shortest step the step of the reference is, and the least number
-/// of its steps in an interval. With them DOP853 is accurate to some 1e-10 of a smooth motion.
+/// The ratio of the shortest step of the methods to the step of the reference, and the least number
+/// of steps of the reference in an interval. With them the error of DOP853 is some 1e-10 of a
+/// smooth motion.
 const FINER: f64 = 2.0;
 const LEAST_STEPS: f64 = 32.0;
 /// The steps between two crossings of a section, for the budget. Their number is not known.
@@ -32,7 +33,7 @@ const RESONANCE: [u64; 2] = [200, 4];
 const LONGEST: u64 = 1000;
 const INTERVAL: f64 = 1.0;
 
-/// What the tables of these studies have in common.
+/// The keys that the tables of these studies have in common.
 pub(super) struct Common<'a> {
     pub(super) path: &'a str,
     pub(super) methods: Option<&'a Vec<String>>,

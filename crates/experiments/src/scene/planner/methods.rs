@@ -98,8 +98,8 @@ impl Planner<'_> {
 
 /// Methods of a scene.
 pub(super) struct Methods {
-    /// Those that take a step.
+    /// The methods with a fixed step.
     pub(super) fixed: Vec<&'static Row>,
-    /// Those that choose their steps.
+    /// The methods that choose their steps.
     pub(super) adaptive: Vec<&'static Row>,
 }

@@ -1,4 +1,4 @@
-//! What a sweep varies.
+//! The quantities that a sweep varies.
 
 use super::super::document::{Expression, SweepTable, Varied};
 use super::super::planner::Planner;
@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 use statrs::distribution::{ContinuousCDF, Normal, Uniform};
 
-/// Something that is varied.
+/// A quantity that is varied.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
     pub(super) name: String,

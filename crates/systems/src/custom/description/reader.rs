@@ -1,4 +1,5 @@
-//! The reader of expressions: which names each may mention, and what has been mentioned.
+//! The reader of expressions. It checks the names that each may mention, and records those that it
+//! mentions.
 
 use super::super::failure::{CustomError, Place};
 use super::DissipationText;
@@ -8,7 +9,7 @@ use afterbay_expression::{
 };
 use std::ops::Range;
 
-/// Why a definition in a circle is refused.
+/// The reason for which a circular definition is refused.
 const CIRCLE: &str = "it is defined by itself, or by others that are defined by it";
 
 /// Checks the length of a list.

@@ -43,7 +43,7 @@ fn follow(
 /// Of two starts in a well without walls, one is on its way out and fails in the third window.
 #[test]
 fn a_leg_that_is_stopped_halfway_counts_each_state_once() {
-    let model = Model::named(&DUFFING, [("alpha", 1.0), ("beta", -1.0)]).expect("a system");
+    let model = Model::of(&DUFFING, &[1.0, -1.0, 0.0]);
     let inside = Problem { model, q: vec![0.5], p: vec![0.0], end: 1.0 };
     let outside = Problem { q: vec![1.0 + 1e-12], ..inside.clone() };
     let row = afterbay_methods::registry::find("rk4").expect("a method");

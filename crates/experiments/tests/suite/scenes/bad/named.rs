@@ -141,7 +141,7 @@ pub(super) const CHANGES: &[Change] = &[
         "name = \"fput-chain\"\nparameters = { n = 1e9, beta = 1, c = 0 }\n[initial]\n\
          q = \"0.1*i\"\np = \"0\"",
         "n = 1e9",
-        "must be a whole number, at most 1e6",
+        "must be a whole number from 1 to 1e6",
         "",
     ),
     (
