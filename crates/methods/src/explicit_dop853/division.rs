@@ -99,9 +99,11 @@ impl<T: Scalar> Division<T> {
         self.at_kink = self.at_kink.or(turned.and(self.clear.lt(shortest(self.h))));
         self.clear = T::select(hidden, self.clear + self.clear, self.clear);
 
-        // Near a kink the distance from it limits the parts.
-        let examined = length.lt(most).not().and((self.h * T::from_f64(LEAST)).lt(length));
-        let insufficient = finite.not().or(examined.and(resolution.is_insufficient()));
+        let examined = (self.h * T::from_f64(LEAST)).lt(length);
+        let by_kink = length.lt(most);
+        let unresolved = by_kink.not().or(resolution.is_insufficient_near_kinks());
+        let unresolved = unresolved.and(resolution.is_insufficient());
+        let insufficient = finite.not().or(examined.and(unresolved));
         let coarse = finite.not().or(resolution.is_coarse());
         let less = length * T::select(coarse, T::from_f64(0.125), T::from_f64(0.5));
         self.longest = T::select(insufficient, less, self.longest);

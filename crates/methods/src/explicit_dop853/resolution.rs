@@ -25,6 +25,9 @@ pub(super) const SLOPES: usize = RESULT + 1;
 /// The largest error, as a share of the way of q. Order 8 then errs by some 1e-12 of it. A
 /// choice.
 const RESOLVED: f64 = 1e-8;
+/// The factor by which e may be larger where the distance from a kink limits the part. There the
+/// tangent of a force like √x errs by more, whatever the parts are. A choice.
+const NEAR_KINKS: f64 = 10.0;
 /// The largest s² and r²: 1/4². A mode of the rate λ errs by up to 3e-6 (hλ)^9 in a part.
 const SHORT: f64 = 0.0625;
 /// Errors of this number of roundings of q are roundings. A choice.
@@ -89,6 +92,11 @@ impl<T: Scalar> Resolution<T> {
     /// Whether the part has to be shorter.
     pub(super) fn is_insufficient(&self) -> T::Mask {
         self.exceeds([1.0; 2])
+    }
+
+    /// Whether a part that the distance from a kink limits has to be shorter.
+    pub(super) fn is_insufficient_near_kinks(&self) -> T::Mask {
+        self.exceeds([NEAR_KINKS, 1.0])
     }
 
     /// Whether the part has to be much shorter.
