@@ -149,7 +149,8 @@ fn breaks(force: &str, end: f64) -> Vec<f64> {
 fn the_shortest_steps_at_a_kink_have_an_end() {
     let (drive, _) = drive(&["sqrt(abs(sin(t))) + 0*f*omega"]).unwrap();
     for h in [1e-300, 1e-310, f64::from_bits(1)] {
-        assert_eq!(Drive::<f64>::step_between_breaks(&drive, 0.0, h), h);
+        let step = Drive::<f64>::step_between_breaks(&drive, 0.0, h);
+        assert!(0.0 < step && step <= h, "{h:e}: {step:e}");
     }
 }
 
