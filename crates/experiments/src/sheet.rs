@@ -65,9 +65,9 @@ pub(crate) struct Sheet {
 
 /// A number for the charts of a sweep.
 pub(crate) struct Number {
-    /// Its subject, such as a method.
+    /// The run that it belongs to, by its method.
     pub(crate) of: String,
-    /// What it is, such as a coordinate.
+    /// The quantity, as a chart names it.
     pub(crate) what: String,
     pub(crate) value: f64,
 }

@@ -129,7 +129,7 @@ fn try_part<V: Vector, S: System<V::Scalar> + ?Sized>(
         most,
         crosses,
         passed: passed.or(kinks.passed(system, q, p)),
-        leaves: kinks.left(system, q, p),
+        leaves: kinks.leaves(system, q, p),
         finite: finite_in_lanes(q).and(finite_in_lanes(p)).and(finite_in_lanes(w)),
         resolution,
     }

@@ -6,6 +6,7 @@
 //! smoothly on its start.
 
 use super::resolution::Resolution;
+use crate::kernels::reductions::smaller;
 use afterbay_core::{Mask, Scalar};
 
 /// 2⁻²⁰, the share of the step below which the resolution of a part is not examined: a force that
@@ -72,7 +73,7 @@ impl<T: Scalar> Division<T> {
 
     /// The longest part that is allowed, with one more bound.
     pub(super) fn most(&self, bound: T) -> T {
-        shorter(shorter(bound, self.left), shorter(self.longest, self.clear))
+        smaller(smaller(bound, self.left), smaller(self.longest, self.clear))
     }
 
     /// Whether the step is complete in all lanes.
@@ -91,7 +92,8 @@ impl<T: Scalar> Division<T> {
         let &Trial { length, most, crosses, passed, leaves, finite, ref resolution } = trial;
         let runs = T::zero().lt(self.left);
         // Roundings of q or p hide so short a motion.
-        let hidden = crosses.and(leaves.not()).and(length.lt(most));
+        let by_kink = length.lt(most);
+        let hidden = crosses.and(leaves.not()).and(by_kink);
         self.across = T::select(hidden, self.across + self.across, self.across);
         // The motion turned towards a kink.
         let turned = passed.and(crosses.not());
@@ -100,10 +102,7 @@ impl<T: Scalar> Division<T> {
         self.clear = T::select(hidden, self.clear + self.clear, self.clear);
 
         let examined = (self.h * T::from_f64(LEAST)).lt(length);
-        let by_kink = length.lt(most);
-        let unresolved = by_kink.not().or(resolution.is_insufficient_near_kinks());
-        let unresolved = unresolved.and(resolution.is_insufficient());
-        let insufficient = finite.not().or(examined.and(unresolved));
+        let insufficient = finite.not().or(examined.and(resolution.is_insufficient(by_kink)));
         let coarse = finite.not().or(resolution.is_coarse());
         let less = length * T::select(coarse, T::from_f64(0.125), T::from_f64(0.5));
         self.longest = T::select(insufficient, less, self.longest);
@@ -129,8 +128,4 @@ pub(super) fn nowhere<T: Scalar>() -> T::Mask {
 /// The length of the shortest part across a kink, in a step h.
 pub(super) fn shortest<T: Scalar>(h: T) -> T {
     h * T::from_f64(ACROSS * T::EPSILON)
-}
-
-fn shorter<T: Scalar>(a: T, b: T) -> T {
-    T::select(b.lt(a), b, a)
 }

@@ -94,9 +94,9 @@ impl<V: Vector> Kinks<V> {
         })
     }
 
-    /// Whether a point lies beside a kink on another side than the start. One that starts at the
+    /// Whether a point lies beside a kink, and not on the side of the start. One that starts at the
     /// kink has no side.
-    pub(super) fn left<S: System<V::Scalar> + ?Sized>(
+    pub(super) fn leaves<S: System<V::Scalar> + ?Sized>(
         &self,
         system: &S,
         q: &[V::Scalar],

@@ -13,7 +13,7 @@
 //! without motors and clocks, whose velocity is 1. Source of such a test of stiffness: E. Hairer
 //! and G. Wanner, Solving Ordinary Differential Equations II, section IV.2.
 
-use crate::kernels::reductions::larger;
+use crate::kernels::reductions::{larger, smaller};
 use crate::runge_kutta::{Dop853, Embedded, Q, Stages, Tableau};
 use afterbay_core::{Mask, Scalar, State, System, Vector};
 
@@ -64,13 +64,12 @@ impl<T: Scalar> Resolution<T> {
             pairs.fold(T::zero(), |most, (&a, &b)| larger(most, &(a - b)))
         };
         let [stage_q, stage_p] = stages.point();
-        let between = apart(q, stage_q) * apart(p, stage_p);
-        let momenta = apart(p, stage_p);
+        let [coordinates, momenta] = [apart(q, stage_q), apart(p, stage_p)];
         stages.evaluate_at(system, RESULT, [q, p]);
         let [[v, force], [result_v, result_force]] = [LAST, RESULT].map(|i| stages.slopes(i));
         let forces = length * apart(result_force, force);
         let of_friction = forces / momenta;
-        let of_oscillation = length * apart(result_v, v) * forces / between;
+        let of_oscillation = length * apart(result_v, v) * forces / (coordinates * momenta);
         let way = length * larger(largest(stages.slopes(0)[Q]), &largest(v));
         let roundings = largest(&state.q) * T::from_f64(ROUNDINGS * T::EPSILON);
         let resolved = way * T::from_f64(RESOLVED);
@@ -89,14 +88,11 @@ impl<T: Scalar> Resolution<T> {
         error.or(T::from_f64(SHORT * stiffness).lt(self.stiffness))
     }
 
-    /// Whether the part has to be shorter.
-    pub(super) fn is_insufficient(&self) -> T::Mask {
-        self.exceeds([1.0; 2])
-    }
-
-    /// Whether a part that the distance from a kink limits has to be shorter.
-    pub(super) fn is_insufficient_near_kinks(&self) -> T::Mask {
-        self.exceeds([NEAR_KINKS, 1.0])
+    /// Whether the part has to be shorter. `by_kink` says whether the distance from a kink limits
+    /// it.
+    pub(super) fn is_insufficient(&self, by_kink: T::Mask) -> T::Mask {
+        let near_kink = by_kink.not().or(self.exceeds([NEAR_KINKS, 1.0]));
+        near_kink.and(self.exceeds([1.0; 2]))
     }
 
     /// Whether the part has to be much shorter.
@@ -108,8 +104,4 @@ impl<T: Scalar> Resolution<T> {
     pub(super) fn is_fine(&self) -> T::Mask {
         self.exceeds(FINE.map(f64::recip)).not()
     }
-}
-
-fn smaller<T: Scalar>(a: T, b: T) -> T {
-    T::select(b.lt(a), b, a)
 }

@@ -10,6 +10,12 @@ pub(crate) fn larger<T: Scalar>(most: T, x: &T) -> T {
     T::select(most.lt(x.abs()), x.abs(), most)
 }
 
+/// min(a, b); a if they cannot be compared.
+#[inline(always)]
+pub(crate) fn smaller<T: Scalar>(a: T, b: T) -> T {
+    T::select(b.lt(a), b, a)
+}
+
 /// The largest size so far with one more, and a second number that is 0, or NaN once a size is not
 /// finite: comparisons ignore NaN.
 #[inline(always)]

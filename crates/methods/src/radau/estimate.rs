@@ -66,10 +66,12 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             n,
             |d| [raw(v, &trial.v, d), raw(f, &trial.f, d)],
             |d, [a, b, friction]| {
+                let by_velocity = a - raw(v, &trial.v, d);
+                let changes = [by_velocity, raw(f, &trial.f, d) - b, step * friction];
                 let (mut c, mut raw_c) = (0.0, 0.0);
                 if *dissipative {
                     // The power D v changes with v and with D.
-                    let by_v = (a - raw(v, &trial.v, d)) * drag.as_slice()[d].to_f64();
+                    let by_v = by_velocity * drag.as_slice()[d].to_f64();
                     let by_d = step * friction * v.as_slice()[d].to_f64();
                     raw_c = raw(loss, &trial.loss, d);
                     c = raw_c + by_v + by_d;
@@ -81,7 +83,6 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                     largest = largest.max(x);
                     poison += 0.0 * x;
                 }
-                let changes = [a - raw(v, &trial.v, d), raw(f, &trial.f, d) - b, step * friction];
                 if oscillates([a, b], changes, tables.eigenvalue) {
                     of_oscillations = of_oscillations.max(largest);
                 }

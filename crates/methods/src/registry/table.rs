@@ -32,7 +32,7 @@ pub static REFERENCE: Row = Row {
     passive: false,
     a_stable: false,
     l_stable: false,
-    cost: Cost::Explicit(12),
+    cost: Cost::Explicit(13),
     needs: Needs::Any,
     sources: &[HAIRER_NORSETT_WANNER],
     form: Form::Fixed(&ExplicitDop853),

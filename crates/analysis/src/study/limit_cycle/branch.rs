@@ -13,15 +13,17 @@
 //! ([`zero_within`]). At a period doubling the branch of cycles of twice the period begins along
 //! the eigenvector of the multiplier -1, and may be followed instead.
 
-use super::cycle::Cycle;
-use super::event::{self, Tests, is_real};
+mod place;
+
+use super::event::{self, is_real};
 use super::homoclinic::Approach;
 use super::scales::scales_of;
-use super::shooting::{Condition, Image, Shooting, Solved, null_vector};
+use super::shooting::{Condition, Shooting, Solved, null_vector};
 use super::{CycleFailure, Event, Point, phase, steps};
 use afterbay_core::IntegrateError;
 use afterbay_core::solver::zero_within;
 use faer::Mat;
+use place::{Place, dot};
 
 /// The longest step along the branch, and the first, measured by the sizes of the unknowns.
 const LONGEST: f64 = 0.05;
@@ -115,46 +117,6 @@ impl Branch {
         }
         Ok(())
     }
-}
-
-/// A cycle on the branch.
-#[derive(Clone)]
-struct Place {
-    x: Vec<f64>,
-    /// The direction of the branch, of length 1, measured by the sizes of the unknowns.
-    along: Vec<f64>,
-    image: Image,
-    cycle: Cycle,
-    tests: Tests,
-}
-
-impl Place {
-    /// A cycle, with the direction that points toward another one.
-    fn new(
-        shooting: &Shooting<'_>,
-        x: Vec<f64>,
-        image: Image,
-        toward: &[f64],
-    ) -> Result<Self, CycleFailure> {
-        let phase = shooting.free().then(|| phase(shooting, &image.path, &x));
-        let size = shooting.size();
-        let rows = size + usize::from(phase.is_some());
-        let matrix = Mat::from_fn(rows, x.len(), |i, j| match &phase {
-            Some(phase) if i == size => phase.normal[j],
-            _ => image.matrix[(i, j)] / shooting.scales[i],
-        });
-        let mut along = null_vector(&matrix)?;
-        if dot(&along, toward) < 0.0 {
-            along.iter_mut().for_each(|x| *x = -*x);
-        }
-        let cycle = Cycle::of(shooting, &x, &image)?;
-        let tests = event::tests(&cycle, along[x.len() - 1]);
-        Ok(Self { x, along, image, cycle, tests })
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The continuation of a branch.
