@@ -4,11 +4,14 @@ use afterbay_core::larger_or_nan;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Bounds of the error of a reference state: the largest error of an entry of q and p, and of w.
+/// Bounds of the error of a reference state: the largest error of an entry of q, of p and of w,
+/// each in its own unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Doubt {
-    /// The bound for q and p.
-    pub qp: f64,
+    /// The bound for q.
+    pub q: f64,
+    /// The bound for p.
+    pub p: f64,
     /// The bound for w.
     pub w: f64,
 }
@@ -16,12 +19,19 @@ pub struct Doubt {
 impl Doubt {
     /// The larger of each bound; NaN counts as the largest.
     pub fn larger(self, other: Self) -> Self {
-        Self { qp: larger_or_nan(self.qp, other.qp), w: larger_or_nan(self.w, other.w) }
+        let [q, p, w] = [(self.q, other.q), (self.p, other.p), (self.w, other.w)]
+            .map(|(a, b)| larger_or_nan(a, b));
+        Self { q, p, w }
     }
 
-    /// The larger of the two bounds.
+    /// The larger of the bounds for q and p.
+    pub fn qp(self) -> f64 {
+        larger_or_nan(self.q, self.p)
+    }
+
+    /// The largest of the bounds.
     pub fn most(self) -> f64 {
-        larger_or_nan(self.qp, self.w)
+        larger_or_nan(self.qp(), self.w)
     }
 }
 

@@ -76,7 +76,7 @@ impl<T: Scalar> Solution<T> {
     /// what they supply follows from it and from (q, p), since K is constant.
     pub fn errors(&self, i: usize, found: StateRef<'_, T>) -> [Measured; 3] {
         let exact = self.at(i);
-        let Doubt { qp, w } = self.doubts[i];
+        let Doubt { q, p, w } = self.doubts[i];
         let n = self.dof - self.motors.count();
         let (mut qs, mut ps) = ([found.q, exact.q], [found.p, exact.p]);
         let mut ws = [found.w, exact.w].map(Cow::Borrowed);
@@ -85,8 +85,8 @@ impl<T: Scalar> Solution<T> {
             ws = [found, exact].map(|state| Cow::Owned(accounts(state, &self.motors).w));
         }
         // w is the sum of an account and the momentum of a motor.
-        let w = if self.motors.is_empty() { w } else { w + qp };
-        let parts = [(qs[0], qs[1], qp), (ps[0], ps[1], qp), (&*ws[0], &*ws[1], w)];
+        let w = if self.motors.is_empty() { w } else { w + p };
+        let parts = [(qs[0], qs[1], q), (ps[0], ps[1], p), (&*ws[0], &*ws[1], w)];
         parts.map(|(found, exact, doubt)| Measured { error: distance(found, exact), doubt })
     }
 
@@ -104,7 +104,8 @@ impl<T: Scalar> Solution<T> {
             lost.fold(0.0, f64::max)
         };
         let doubt = |(state, doubt): (StateRef<'_, T>, &Doubt)| Doubt {
-            qp: doubt.qp + rounding(state.q).max(rounding(state.p)),
+            q: doubt.q + rounding(state.q),
+            p: doubt.p + rounding(state.p),
             w: doubt.w + rounding(state.w),
         };
         let doubts = self.states().zip(&self.doubts).map(doubt).collect();
@@ -143,7 +144,7 @@ impl Solution<f64> {
 /// their errors may be correlated.
 pub(crate) fn twice_apart<T: Scalar>(a: StateRef<'_, T>, b: StateRef<'_, T>) -> Doubt {
     let [q, p, w] = [(a.q, b.q), (a.p, b.p), (a.w, b.w)].map(|(a, b)| 2.0 * distance(a, b));
-    Doubt { qp: q, w }.larger(Doubt { qp: p, w })
+    Doubt { q, p, w }
 }
 
 /// The energies exchanged up to a state of a model with these motors, which fit each other.

@@ -44,7 +44,9 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
         }
         Format::Table => {
             print(&found, scene.problem.end)?;
-            for said in experiment::stops(&scene).into_iter().chain(experiment::unswept(&scene)) {
+            let of_error = experiment::coarse_error(&found);
+            let of_scene = [experiment::stops(&scene), experiment::unswept(&scene)];
+            for said in of_error.into_iter().chain(of_scene.into_iter().flatten()) {
                 table::text(&format!("{}: {}", said.topic, said.statement))?;
             }
             if let Some(lines) = lines {

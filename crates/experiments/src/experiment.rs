@@ -8,6 +8,7 @@
 mod about;
 mod basins;
 mod bifurcation;
+mod coarse;
 mod declared;
 mod energy;
 mod figures;
@@ -26,6 +27,7 @@ mod trajectories;
 mod work;
 
 pub use about::{stops, unswept};
+pub use pick::coarse_error;
 
 use crate::claim::{Finding, counted};
 use crate::journal::{Afresh, Ledger};

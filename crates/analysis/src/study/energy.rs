@@ -7,7 +7,7 @@ use super::{PUMPED, Problem, numbered};
 use crate::progress::{Piece, Progress};
 use crate::solution::accounts;
 use crate::words::{Word, word};
-use crate::{Measured, Model, Solution};
+use crate::{Doubt, Measured, Model, Solution};
 use afterbay_core::{Accounts, Grid, IntegrateError, Motors, StateRef, System};
 use afterbay_methods::registry::Row;
 use serde::{Deserialize, Serialize};
@@ -245,13 +245,14 @@ impl Reference<'_> {
         (exact, doubt)
     }
 
-    /// H. Its doubt is |∇H| times the doubt of q and p.
+    /// H. Its doubt is the sum over j of |∂H/∂q_j| and |∂H/∂p_j| times the doubts of q and p.
     fn energy(&self, i: usize) -> Measured {
         let state = self.solution.at(i);
         let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);
         self.system.gradient(state.q, state.p, &mut hq, &mut hp);
-        let slope: f64 = hq.iter().chain(&hp).map(|x: &f64| x.abs()).sum();
-        let doubt = slope * self.solution.doubt_at(i).qp;
+        let steepness = |slopes: &[f64]| slopes.iter().map(|x| x.abs()).sum::<f64>();
+        let Doubt { q, p, .. } = self.solution.doubt_at(i);
+        let doubt = steepness(&hq) * q + steepness(&hp) * p;
         Measured { error: energy_of(self.system, state, self.n), doubt }
     }
 }

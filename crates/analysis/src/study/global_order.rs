@@ -4,7 +4,7 @@ use super::cell::{Cell, Study, compute_all, reference_bytes};
 use super::outcome::Ending;
 use super::{Problem, VARIABLES};
 use crate::progress::{Piece, Progress};
-use crate::{Measured, Solution};
+use crate::{Doubt, Measured, Solution};
 use afterbay_core::{Grid, IntegrateError};
 use afterbay_methods::registry::Row;
 use rayon::prelude::*;
@@ -220,9 +220,9 @@ fn largest_error(
         progress.flow()
     });
     let ending = Ending::of(&result, grid.steps, done);
-    let doubt = solution.doubt();
+    let Doubt { q, p, w } = solution.doubt();
     let errors = ending.is_completed().then_some(largest);
-    let doubts = [doubt.qp, doubt.qp, doubt.w];
+    let doubts = [q, p, w];
     let roundings = solution.sizes().map(|size| ROUNDING * size);
     Ok(Errors { errors, doubts, roundings, ending })
 }

@@ -95,6 +95,8 @@ pub struct Pick {
     pub interrupted: bool,
     /// Whether the system is known to be passive, so that violations can be counted.
     pub is_passive: bool,
+    /// The largest |q_j|, |p_j| and |w_j| of the reference; 0 if it was not found.
+    pub sizes: [f64; 3],
 }
 
 /// Measures every method that applies.
@@ -118,6 +120,7 @@ pub fn run(
         too_sensitive: None,
         interrupted: false,
         is_passive,
+        sizes: [0.0; 3],
     };
     match fill(&mut pick, problem, progress) {
         Ok(()) | Err(IntegrateError::Interrupted) => {
@@ -133,6 +136,7 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
     progress.begin("reference", 1);
     let dense = Dense::new(problem, wanted.error, progress)?;
     pick.doubt = if wanted.at_end { dense.doubt_at_end() } else { dense.doubt() };
+    pick.sizes = dense.sizes();
     pick.too_sensitive = sensitivity::judge(problem, wanted, &dense, progress)?;
     if pick.too_sensitive.is_some() {
         return Ok(());

@@ -244,7 +244,7 @@ impl Observed {
             evaluations: effort.map(|effort| effort.evaluations),
             iterations: effort.map(|effort| effort.iterations),
             failure,
-            doubt_qp: doubt.qp,
+            doubt_qp: doubt.qp(),
             doubt_w: doubt.w,
             tolerance,
             k_share: self.largest.share(self.watch.drift),

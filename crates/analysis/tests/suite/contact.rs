@@ -30,7 +30,7 @@ fn a_bead_bounces_off_a_wall() {
     let contact = 2.230_585_478_339_950_2;
     let scene = scene("max(q1, 0)^2.5", &["0*v1"], &[-1.0], &[1.0], 4.0);
     let found = scene.solution(4.0, 1, &Silent).expect("a reference");
-    let doubt = found.doubt_at(1).qp;
+    let doubt = found.doubt_at(1).qp();
     let off = (found.at(1).q[0] + 4.0 - 1.0 - contact).abs().max((found.at(1).p[0] + 1.0).abs());
     println!("off by {off:e}, doubt {doubt:e}");
     assert!(off <= doubt + 1e-15 && doubt < 1e-9, "off by {off:e}, doubt {doubt:e}");

@@ -92,6 +92,28 @@ fn a_run_that_fails_in_a_later_leg_names_its_step() {
     assert!(said.contains(&named), "{said}: {named}");
 }
 
+/// The last good state of a run that fails lies between two states that are kept.
+#[test]
+fn the_deviation_of_k_is_that_of_the_last_good_state_too() {
+    let model = Model::of(&DUFFING, &[0.0, -1.0, 0.0]);
+    let problem = Problem { model, q: vec![1.5], p: vec![1.0], end: 10.0 };
+    for name in ["adaptive-dop853", "adaptive-verner98"] {
+        let mut legs = Legs::new(&problem, find(name).expect("a method")).expect("a start");
+        let (mut rows, steps) = (Vec::new(), Steps { h: 1.0, every: 1, tolerance: Some(1e-6) });
+        let mut keep = |row: TrajectoryRow| {
+            rows.push(row);
+            ControlFlow::Continue(())
+        };
+        let row = find(name).expect("a method");
+        legs.advance(&problem, row, steps, &mut keep, &Silent).expect("a leg");
+        assert!(legs.ending.failure.is_some(), "{name}: {:?}", legs.ending);
+        let [first, .., last] = &rows[..] else { panic!("{name}: {} rows", rows.len()) };
+        assert!(last.t > last.step as f64, "{name}: {last:?}");
+        let drift = rows.iter().map(|row| (row.total - first.total).abs()).fold(0.0, f64::max);
+        assert!(drift > 0.0 && legs.balance.drift == drift, "{name}: {drift:e}");
+    }
+}
+
 /// A drive that jumps 3e8 times until the next state that is kept.
 #[test]
 fn a_run_that_chooses_its_steps_ends_between_two_states() {

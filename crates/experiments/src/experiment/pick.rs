@@ -1,7 +1,8 @@
 //! The result of `pick` with the charts of its runs.
 
+use super::coarse;
 use crate::chart::{Axis, Curve, LineChart, Style};
-use crate::claim::{Readings, Said, sci};
+use crate::claim::{Finding, Readings, Said, sci};
 use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
 use crate::scene::Scene;
@@ -14,6 +15,9 @@ use serde::Serialize;
 /// The tables from which the charts are made.
 const TRIED: &str = "pick_tried";
 const FOUND: &str = "pick";
+/// The topic of the finding on a coarse error, and the words for it.
+const COARSE: &str = "Wanted error";
+const ERROR: [&str; 2] = ["wanted error", "an absolute error"];
 /// The label of the ring around the run that is chosen.
 const CHOSEN: &str = "chosen";
 
@@ -85,6 +89,9 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
         found.doubt.most()
     ));
     sheet.find("Pick", readings(found, &asked), the_cheapest);
+    if let Some(readings) = coarse_for(found) {
+        sheet.find(COARSE, readings, too_coarse);
+    }
     if found.interrupted {
         let model = scene.problem.model.name();
         sheet.runs.push(RunOutcome::of(&Ending::interrupted(), "pick", model, "all", scene.step));
@@ -103,6 +110,21 @@ fn readings(found: &Pick, asked: &str) -> Readings {
     found.qualified.iter().map(|one| &one.run).fold(readings, |r, run| {
         r.and(&format!("{} with {}", run.method, run.setting()), "seconds", run.seconds)
     })
+}
+
+/// The finding that the wanted error is coarse beside q or p; none if it is not.
+pub fn coarse_error(found: &Pick) -> Option<Finding> {
+    coarse_for(found).map(|readings| Finding::new(COARSE, readings, too_coarse))
+}
+
+fn coarse_for(found: &Pick) -> Option<Readings> {
+    let ([q, p, _], mut readings) = (found.sizes, Readings::default());
+    coarse::read(found.wanted.error, [q, p], &mut readings);
+    coarse::say(ERROR, &readings).is_some().then_some(readings)
+}
+
+fn too_coarse(r: &Readings) -> Said {
+    (Holds::Note, coarse::say(ERROR, r).unwrap_or_default())
 }
 
 const HEADER: [&str; 8] = [
@@ -269,10 +291,11 @@ step = 0.5
             others: Vec::new(),
             ties: 0,
             check: None,
-            doubt: afterbay_analysis::Doubt { qp: 1e-15, w: 1e-15 },
+            doubt: afterbay_analysis::Doubt { q: 1e-15, p: 1e-15, w: 1e-15 },
             too_sensitive: None,
             interrupted: false,
             is_passive: true,
+            sizes: [1.0; 3],
         };
         let sheet = sheet(&Scene::read(SCENE).expect("a scene"), &found).expect("a sheet");
         for name in ["pick-tried", "pick-qualified"] {

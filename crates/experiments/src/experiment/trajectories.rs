@@ -1,8 +1,8 @@
 //! Trajectories by each method.
 
-mod coarse;
 mod kept;
 
+use super::coarse;
 use super::declared::{Boxed, section_of_rows};
 use super::figures::{self, Drawn};
 use crate::claim::{Readings, Said, in_full, note, significant};
@@ -202,7 +202,9 @@ fn sheet(
     if plan.sample.is_some_and(|spacing| !is_multiple(spacing, scene.step)) {
         readings.add("states", "between steps", "kept");
     }
-    coarse::read(plan, &found, &mut readings);
+    if let Some((tolerance, run)) = plan.tolerance.zip(by_tolerance(plan, &found)) {
+        coarse::read(tolerance, sizes(&run.shown.rows), &mut readings);
+    }
     sheet.find(TOPIC, readings, where_they_went);
     sheet.numbers.extend(found.iter().flat_map(|run| numbers(run, (scene, plan))));
     let shown: Vec<&Trajectory> = found.iter().map(|run| &run.shown).collect();
@@ -306,6 +308,17 @@ fn readings(found: &[Run], only_falls: bool) -> Readings {
     })
 }
 
+/// The first run that followed the tolerance.
+fn by_tolerance<'a>(plan: &RunPlan, found: &'a [Run]) -> Option<&'a Run> {
+    found.iter().find(|run| plan.adaptive.iter().any(|row| row.name == run.shown.method))
+}
+
+/// The largest |q_j| and |p_j|.
+fn sizes(rows: &[TrajectoryRow]) -> [f64; 2] {
+    let largest = |x: f64, entries: &[f64]| entries.iter().fold(x, |x, entry| x.max(entry.abs()));
+    rows.iter().fold([0.0; 2], |[q, p], row| [largest(q, &row.q), largest(p, &row.p)])
+}
+
 fn where_they_went(r: &Readings) -> Said {
     let all = r.of_all("run");
     let done = all.iter().filter(|name| r.word(name, "run") == COMPLETED).count();
@@ -337,7 +350,10 @@ fn where_they_went(r: &Readings) -> Said {
             rises.join(", ")
         );
     }
-    statement += &coarse::say(r);
+    if let Some(warning) = coarse::say(["tolerance", "an absolute error below 1"], r) {
+        statement += " ";
+        statement += &warning;
+    }
     (note(done == all.len()), statement)
 }
 

@@ -1,6 +1,7 @@
 //! Sentences say what was measured, and no number where nothing was.
 
 use afterbay_analysis::progress::{Progress, Silent};
+use afterbay_analysis::study::pick::{self, Wanted};
 use afterbay_experiments::scene::Scene;
 use afterbay_experiments::{Finding, experiment};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -236,4 +237,21 @@ fn a_tolerance_above_the_size_of_a_motion_is_named() {
     for size in [1.0, 0.01, 0.0] {
         assert!(!said(size, "adaptive-dop853").contains("absolute"), "{size}");
     }
+}
+
+#[test]
+fn a_wanted_error_above_the_size_of_a_motion_is_named() {
+    let wanted = Wanted { error: 1e-6, at_end: true, keep_k: false, passive: false };
+    let said = |size: f64| {
+        let system = "name = \"custom\"\npotential = \"1 - cos(q1)\"";
+        let scene = scene(system, [size, 0.0], [1.0, 0.5], "");
+        let found = pick::run(&scene.problem, wanted, &Silent).expect("a search");
+        experiment::coarse_error(&found).map(|finding| finding.statement)
+    };
+    let small = said(1e-7).expect("a warning");
+    assert!(
+        small.starts_with("The wanted error 1.0e-6 is an absolute error, but |q| is 1.0e-7"),
+        "{small}"
+    );
+    assert_eq!(said(0.01), None);
 }

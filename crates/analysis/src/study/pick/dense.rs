@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::solution::distance;
 use crate::study::Problem;
 use crate::study::kept::LargestEnergy;
-use afterbay_core::{InputError, IntegrateError, StateRef, System, larger_or_nan};
+use afterbay_core::{InputError, IntegrateError, StateRef, System};
 
 /// Equally spaced states with the slopes of q, p and w.
 pub(super) struct Dense {
@@ -106,9 +106,10 @@ impl Dense {
         for i in 0..dense.cells.len() / 2 {
             dense.between(i as f64 + 0.5, 2, &mut z);
             let exact = dense.exact.at(2 * i + 1);
-            let qp = larger_or_nan(distance(&z[..n], exact.q), distance(&z[n..2 * n], exact.p));
-            let doubt = Doubt { qp, w: distance(&z[2 * n..], exact.w) };
-            dense.cells[2 * i..2 * i + 2].fill(doubt);
+            let [q, p, w] = [exact.q, exact.p, exact.w];
+            let [q, p, w] = [(&z[..n], q), (&z[n..2 * n], p), (&z[2 * n..], w)]
+                .map(|(found, exact)| distance(found, exact));
+            dense.cells[2 * i..2 * i + 2].fill(Doubt { q, p, w });
         }
         dense
     }
@@ -208,7 +209,7 @@ mod tests {
             for t in (0..=777).map(|i| 20.0 / 777.0 * f64::from(i)) {
                 let ([_, between], state) = (dense.at(t, &mut z), exact(t));
                 let off = (z[0] - state.q[0]).abs().max((z[1] - state.p[0]).abs());
-                assert!(off <= between.qp + 1e-14, "{count}: {off:e} at t = {t}");
+                assert!(off <= between.qp() + 1e-14, "{count}: {off:e} at t = {t}");
                 assert!((z[2] - state.w[0]).abs() <= between.w + 1e-14, "{count}: at t = {t}");
             }
             // At its states the reference is known without interpolation.

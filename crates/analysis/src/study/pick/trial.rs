@@ -147,7 +147,11 @@ impl Comparison<'_> {
             // Beside a kink the reference is known only at its own times.
             if between.most() <= BETWEEN * wanted.error {
                 let errors = off(state, &self.z, &problem.model.motors());
-                let doubt = Doubt { qp: known.qp + between.qp, w: known.w + between.w };
+                let doubt = Doubt {
+                    q: known.q + between.q,
+                    p: known.p + between.p,
+                    w: known.w + between.w,
+                };
                 self.take(state.t, errors, doubt);
             }
         }
@@ -156,7 +160,7 @@ impl Comparison<'_> {
 
     fn take(&mut self, t: f64, [qp, w]: [f64; 2], doubt: Doubt) {
         self.samples += 1;
-        self.qp = self.qp.larger(Measured { error: qp, doubt: doubt.qp });
+        self.qp = self.qp.larger(Measured { error: qp, doubt: doubt.qp() });
         self.w = self.w.larger(Measured { error: w, doubt: doubt.w });
         let most = larger_or_nan(qp, w);
         if most > self.worst.0 || (most.is_nan() && !self.worst.0.is_nan()) {
@@ -222,7 +226,7 @@ impl<'a> Bench<'a> {
         let end_doubt = self.dense.doubt_at_end();
         let decisive = match at_end {
             Some([end_qp, end_w]) if self.wanted.at_end => {
-                larger_or_nan(end_qp + end_doubt.qp, end_w + end_doubt.w)
+                larger_or_nan(end_qp + end_doubt.qp(), end_w + end_doubt.w)
             }
             Some(_) => larger_or_nan(qp.bound(), w.bound()),
             None => f64::INFINITY,
@@ -239,7 +243,7 @@ impl<'a> Bench<'a> {
             end_w: at_end.map(|end| end[1]),
             doubt_qp: qp.doubt,
             doubt_w: w.doubt,
-            end_doubt_qp: end_doubt.qp,
+            end_doubt_qp: end_doubt.qp(),
             end_doubt_w: end_doubt.w,
             samples,
             k_drift: watch.drift,

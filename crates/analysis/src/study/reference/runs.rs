@@ -83,7 +83,7 @@ pub(super) fn checked<T: Scalar>(
     let (mut checked, mut most) = (found.without_doubt(), Doubt::default());
     for i in 0..found.len() {
         let [q, p, w] = other.errors(i, found.at(i)).map(|off| factor * off.error);
-        most = most.larger(Doubt { qp: q, w }).larger(Doubt { qp: p, w });
+        most = most.larger(Doubt { q, p, w });
         checked.raise_doubt(i, most);
     }
     checked

@@ -208,6 +208,7 @@ impl Legs {
         if result.is_err() && state.t > done as f64 * grid.h {
             // The last good state. The run is over, whether or not the row can be written.
             let state = state.state_ref();
+            balance.see(&*system, state, n);
             let _ = keep(TrajectoryRow::of(row.name, done, state, &*system, &problem.model));
         }
         match result {
