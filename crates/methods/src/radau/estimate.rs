@@ -8,7 +8,8 @@
 //!
 //! The error of order S+1 is raised to the order 2 S of the step, as RADAU does with its tolerance
 //! (J. Comput. Appl. Math. 111 (1999) 93-111). This is right for modes that the step resolves and
-//! for fast modes that decay. In two cases the error is larger:
+//! for fast modes that decay, if they are of the size of the solution. In two cases the error is
+//! larger:
 //!
 //! - A fast oscillation does not decay, but the step damps it. The difference is then about its
 //!   amplitude, whatever h is. With the changes of q, p and D by the slopes of the error (a, b) of a
@@ -19,12 +20,19 @@
 //!   ```
 //!
 //!   the error oscillates fast if s = h μ ω > 4 μ, and r < 2 s: it is not overdamped.
-//! - A part of the force changes within less than the step, as a friction that turns around there.
-//!   The Legendre coefficients of the slopes of p or w then do not decrease. The error is at least
-//!   10 `ρ^(S-1)` times the difference, with ρ the ratio of the last coefficient to the larger of
-//!   the two before. This counts for components far below the size of the solution, too, which
-//!   raising a difference relative to that size underestimates. Three stages have too few
-//!   coefficients.
+//! - A component is small, as an oscillation of small amplitude or a friction that turns around
+//!   within the step. A difference that is raised relative to the size of the solution
+//!   underestimates it. The decrease ρ of the last Legendre coefficients of the slopes of p or w
+//!   shows how well the step resolves it:
+//!
+//!   ```text
+//!   error = C ρ^((S-1)/2) times the difference   C = 10 (S = 5), 60 (S = 7)
+//!   ```
+//!
+//!   of an oscillation, within a factor of 3 for hω ≤ 8 and any phase. Three stages have too few
+//!   coefficients. This does not count where the filter has divided the difference by 4, as most
+//!   of it then decays within the step, or where roundings of q and p may have caused it: their
+//!   coefficients do not decrease, however short the step is.
 
 use super::engine::Engine;
 use super::share::{Allowed, power};
@@ -36,6 +44,13 @@ use afterbay_core::{Scalar, State, System, Vector, larger_or_nan};
 /// whose fast waves are driven smoothly needs it, since the error of such waves has the order S+1
 /// of the estimate.
 const CAUTION: f64 = 10.0;
+
+/// The largest factor by which the difference is multiplied where the step does not resolve the
+/// slopes at all. A choice.
+const UNRESOLVED: f64 = 10.0;
+
+/// A difference that this many roundings of q and p may cause counts as noise. A choice.
+const NOISE_ROUNDINGS: f64 = 16.0;
 
 /// The phase h ω over a step above which the step does not resolve an oscillation. A choice.
 const FAST: f64 = 4.0;
@@ -66,8 +81,10 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             n,
             |d| [raw(v, &trial.v, d), raw(f, &trial.f, d)],
             |d, [a, b, friction]| {
-                let by_velocity = a - raw(v, &trial.v, d);
-                let changes = [by_velocity, raw(f, &trial.f, d) - b, step * friction];
+                let [raw_a, raw_b] = [raw(v, &trial.v, d), raw(f, &trial.f, d)];
+                let by_velocity = a - raw_a;
+                let changes = [by_velocity, raw_b - b, step * friction];
+                let mut ratio = tables.roughness(&trial.f, d, raw_b / step);
                 let (mut c, mut raw_c) = (0.0, 0.0);
                 if *dissipative {
                     // The power D v changes with v and with D.
@@ -75,6 +92,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                     let by_d = step * friction * v.as_slice()[d].to_f64();
                     raw_c = raw(loss, &trial.loss, d);
                     c = raw_c + by_v + by_d;
+                    ratio = ratio.max(tables.roughness(&trial.loss, d, raw_c / step));
                 }
                 let mut largest = 0.0_f64;
                 for ((most, x), share) in most.iter_mut().zip([a, b, c]).zip(shares) {
@@ -86,9 +104,14 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                 if oscillates([a, b], changes, tables.eigenvalue) {
                     of_oscillations = of_oscillations.max(largest);
                 }
-                let of_loss = if *dissipative { tables.roughness(&trial.loss, d) } else { 0.0 };
-                let ratio = tables.roughness(&trial.f, d).max(of_loss);
-                rough = rough.max(CAUTION * largest * ratio.powi(S as i32 - 1));
+                let [by_q, by_p, _] = shares;
+                let moved = [by_velocity * by_q, (changes[1] - changes[2]) * by_p];
+                let [a_share, b_share] = [a * by_q, b * by_p];
+                if !is_damped([a_share, b_share], [raw_a * by_q, raw_b * by_p])
+                    && !is_noise(largest, allowed.rounding, [a_share, b_share], moved)
+                {
+                    rough = rough.max(largest * Self::of_roughness(ratio));
+                }
                 for (to, x) in [&mut *of_q, of_p, raw_of_w].into_iter().zip([a, b, raw_c]) {
                     to[d] = V::Scalar::from_f64(x);
                 }
@@ -98,11 +121,20 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let unraised = |error: f64| bounded(power(error / allowed.share, order));
         self.oscillation = unraised(of_oscillations);
         let error = if smooth {
-            Self::raised(most, allowed).max(unraised(rough))
+            Self::raised(most, allowed).max(bounded(rough / allowed.share))
         } else {
             unraised(most.into_iter().fold(0.0, f64::max))
         };
         error.max(self.oscillation) + poison
+    }
+
+    /// The error over the difference, from ρ².
+    #[inline(always)]
+    fn of_roughness(ratio: f64) -> f64 {
+        let factor = if S == 5 { 10.0 } else { 60.0 };
+        // (S-1)/2 powers of ρ.
+        let power = if S == 5 { ratio } else { ratio * ratio.sqrt() };
+        (factor * power).min(UNRESOLVED)
     }
 
     /// The order of the estimate over that of the step.
@@ -153,6 +185,22 @@ fn oscillates([a, b]: [f64; 2], [q, p, friction]: [f64; 3], eigenvalue: f64) -> 
     let (of_spring, fast) = ((q * p).abs(), FAST * eigenvalue);
     of_spring > fast * fast * (a * b).abs()
         && friction * friction * a.abs() < 4.0 * of_spring * b.abs()
+}
+
+/// Whether the filter has divided an error by more than 4, from `raw`: most of it decays within the
+/// step. It divides that of an oscillation by 1.6 at most where hω ≤ 8. A choice.
+#[inline(always)]
+fn is_damped([a, b]: [f64; 2], raw: [f64; 2]) -> bool {
+    4.0 * a.abs().max(b.abs()) < raw[0].abs().max(raw[1].abs())
+}
+
+/// Whether roundings of q and p may cause an error. (a, b) are the errors of q and p of a degree of
+/// freedom and (q, p) their changes by v and by the force of the springs; all are in units of the
+/// scales, as is a rounding of q and p.
+#[inline(always)]
+fn is_noise(error: f64, rounding: f64, [a, b]: [f64; 2], [q, p]: [f64; 2]) -> bool {
+    let noise = NOISE_ROUNDINGS * rounding;
+    error * a.abs() < noise * p.abs() || error * b.abs() < noise * q.abs()
 }
 
 /// An error that overflows is too large, whatever its size.

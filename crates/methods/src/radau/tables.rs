@@ -155,19 +155,33 @@ impl<T: Scalar, const S: usize> Tables<T, S> {
         &self.pairs[..S / 2]
     }
 
-    /// The ratio of the last Legendre coefficient of the entries d of vectors at the nodes to the
-    /// larger of the two before, at most 1; 0 with three nodes, where these hold the mean.
+    /// ρ² for the entries d of vectors at the nodes, at most 1; 0 with three nodes, which have too
+    /// few coefficients. `defect` is the value at the start less that of the polynomial through the
+    /// nodes.
+    ///
+    /// ρ is the ratio of the last two Legendre coefficients to the two before, as roots of their
+    /// sums of squares, or, if larger, of the last one to the larger of the two before it. The last
+    /// one is that of `P_S`. It leaves the defect `P_S - P_(S-1)`, which is `2 √(2S+1)` times the
+    /// coefficient at the start. Of an oscillation, ρ is proportional to (hω)² and hardly depends
+    /// on the phase.
     #[inline(always)]
-    pub(super) fn roughness<V: Vector<Scalar = T>>(&self, at: &[V; S], d: usize) -> f64 {
+    pub(super) fn roughness<V>(&self, at: &[V; S], d: usize, defect: f64) -> f64
+    where
+        V: Vector<Scalar = T>,
+    {
         if S == 3 {
             return 0.0;
         }
-        let [last, before, second] = self.modes.map(|mode| {
+        let [before, third, fourth] = self.modes.map(|mode| {
             let terms = mode.iter().zip(at);
-            terms.fold(0.0, |sum: f64, (b, x)| b.mul_add(x.as_slice()[d].to_f64(), sum)).abs()
+            let sum = terms.fold(0.0, |sum, (b, x)| b.mul_add(x.as_slice()[d].to_f64(), sum));
+            sum * sum
         });
+        let last = defect * defect / (8 * S + 4) as f64;
         // Without a force there is nothing to resolve.
-        if last > 0.0 { (last / before.max(second)).min(1.0) } else { 0.0 }
+        let ratio = |late: f64, early: f64| if late > 0.0 { late / early } else { 0.0 };
+        let of_pairs = ratio(last + before, third + fourth);
+        of_pairs.max(ratio(last, before.max(third))).min(1.0)
     }
 
     /// The matrix that maps increments of a step to those of the polynomial through them at the

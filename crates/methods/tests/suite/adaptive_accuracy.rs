@@ -6,7 +6,7 @@
 use crate::bind::{Curved, erased};
 use crate::catalog::{As, chain, duffing, oscillator, pendulum, van_der_pol, written};
 use crate::many::{InSeries, exact_end, start};
-use afterbay_core::{Formulas, FromFormulas, Scalar, State, Statistics, Tolerance};
+use afterbay_core::{Formulas, FromFormulas, Grid, Scalar, State, Statistics, Tolerance};
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting, find};
 use afterbay_systems::{Description, DissipationText};
 use std::f64::consts::PI;
@@ -46,6 +46,15 @@ fn run(
         })
         .unwrap();
     ([state.q, state.p, state.w], done)
+}
+
+/// The solution of a linear system.
+fn linear_exact(system: &Arc<Curved<f64>>, [q, p]: [&[f64]; 2], end: f64) -> [Vec<f64>; 3] {
+    let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
+    let run = erased(find("linear-exact").unwrap(), system.clone()).unwrap();
+    let step = Setting::Step(Grid::new(end / 100.0, end).unwrap());
+    run.run(step, &mut state, 1, &mut |_, _| ControlFlow::Continue(())).unwrap();
+    [state.q, state.p, state.w]
 }
 
 fn far(a: &[f64], b: &[f64]) -> f64 {
@@ -142,6 +151,39 @@ fn a_small_fast_oscillation_is_seen() {
     for name in ["adaptive-collocation", "adaptive-radau"] {
         line(find(name).unwrap(), &system.curved(), start, end, &exact);
     }
+}
+
+/// Two masses that move together on a stiff spring, of which only one is held: the spring
+/// oscillates with a small amplitude, which is seen neither in q nor in p.
+#[test]
+fn a_small_oscillation_of_a_stiff_spring_is_seen() {
+    head();
+    let description = Description {
+        potential: "q1^2/2 + 1.5e5*(q2 - q1)^2".into(),
+        dissipation: DissipationText::Forces(vec!["0.1*v1".into(), "0.1*v2".into()]),
+        ..Description::default()
+    };
+    let system = written(&description);
+    let (start, end): ([&[f64]; 2], f64) = ([&[1.0; 2], &[0.0; 2]], 10.0);
+    let exact = linear_exact(&system.curved(), start, end);
+    line(find("adaptive-radau").unwrap(), &system.curved(), start, end, &exact);
+}
+
+/// A mass on a spring in a plane, with a drag proportional to |v| v. It nearly moves along a line:
+/// v turns, and the drag with it, within a small part of a step.
+#[test]
+fn a_drag_that_turns_within_a_step_is_seen() {
+    head();
+    let drag = |j: usize| format!("v{j}*sqrt(v1^2 + v2^2)");
+    let description = Description {
+        potential: "(q1^2 + q2^2)/2".into(),
+        dissipation: DissipationText::Forces(vec![drag(1), drag(2)]),
+        ..Description::default()
+    };
+    let system = written(&description);
+    let (start, end): ([&[f64]; 2], f64) = ([&[1.0, 0.1], &[0.0, 0.01]], 40.0);
+    let exact = series(&*system.series(), start, end);
+    line(find("adaptive-radau").unwrap(), &system.curved(), start, end, &exact);
 }
 
 /// The forces of a long chain cancel, and at the tightest tolerance the error allowed of p is below
