@@ -3,6 +3,7 @@
 //! and the step.
 
 mod balance;
+mod component;
 mod engine;
 mod equations;
 mod estimate;

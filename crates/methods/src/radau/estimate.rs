@@ -12,14 +12,7 @@
 //! larger:
 //!
 //! - A fast oscillation does not decay, but the step damps it. The difference is then about its
-//!   amplitude, whatever h is. With the changes of q, p and D by the slopes of the error (a, b) of a
-//!   degree of freedom,
-//!
-//!   ```text
-//!   s² = |Δq Δp|/|a b|   r = |ΔD|/|b|   Δq = h μ (∂v/∂p b + ..)   Δp = h μ (∂²H/∂q² a + ..)
-//!   ```
-//!
-//!   the error oscillates fast if s = h μ ω > 4 μ, and r < 2 s: it is not overdamped.
+//!   amplitude, whatever h is.
 //! - A component is small, as an oscillation of small amplitude or a friction that turns around
 //!   within the step. A difference that is raised relative to the size of the solution
 //!   underestimates it. The decrease ρ of the last Legendre coefficients of the slopes of p or w
@@ -34,6 +27,7 @@
 //!   of it then decays within the step, or where roundings of q and p may have caused it: their
 //!   coefficients do not decrease, however short the step is.
 
+use super::component::Component;
 use super::engine::Engine;
 use super::share::{Allowed, power};
 use super::stages::Point;
@@ -48,12 +42,6 @@ const CAUTION: f64 = 10.0;
 /// The largest factor by which the difference is multiplied where the step does not resolve the
 /// slopes at all. A choice.
 const UNRESOLVED: f64 = 10.0;
-
-/// A difference that this many roundings of q and p may cause counts as noise. A choice.
-const NOISE_ROUNDINGS: f64 = 16.0;
-
-/// The phase h ω over a step above which the step does not resolve an oscillation. A choice.
-const FAST: f64 = 4.0;
 
 impl<V: Vector, const S: usize> Engine<V, S> {
     /// Estimates the errors of q, p and w, and returns the largest relative to the allowed one.
@@ -82,14 +70,13 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             |d| [raw(v, &trial.v, d), raw(f, &trial.f, d)],
             |d, [a, b, friction]| {
                 let [raw_a, raw_b] = [raw(v, &trial.v, d), raw(f, &trial.f, d)];
-                let by_velocity = a - raw_a;
-                let changes = [by_velocity, raw_b - b, step * friction];
+                let friction = step * friction;
                 let mut ratio = tables.roughness(&trial.f, d, raw_b / step);
                 let (mut c, mut raw_c) = (0.0, 0.0);
                 if *dissipative {
                     // The power D v changes with v and with D.
-                    let by_v = by_velocity * drag.as_slice()[d].to_f64();
-                    let by_d = step * friction * v.as_slice()[d].to_f64();
+                    let by_v = (a - raw_a) * drag.as_slice()[d].to_f64();
+                    let by_d = friction * v.as_slice()[d].to_f64();
                     raw_c = raw(loss, &trial.loss, d);
                     c = raw_c + by_v + by_d;
                     ratio = ratio.max(tables.roughness(&trial.loss, d, raw_c / step));
@@ -101,15 +88,15 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                     largest = largest.max(x);
                     poison += 0.0 * x;
                 }
-                if oscillates([a, b], changes, tables.eigenvalue) {
+                let component = Component {
+                    raw: [raw_a * shares[0], raw_b * shares[1]],
+                    filtered: [a * shares[0], b * shares[1]],
+                    friction: friction * shares[1],
+                };
+                if component.oscillates(tables.eigenvalue) {
                     of_oscillations = of_oscillations.max(largest);
                 }
-                let [by_q, by_p, _] = shares;
-                let moved = [by_velocity * by_q, (changes[1] - changes[2]) * by_p];
-                let [a_share, b_share] = [a * by_q, b * by_p];
-                if !is_damped([a_share, b_share], [raw_a * by_q, raw_b * by_p])
-                    && !is_noise(largest, allowed.rounding, [a_share, b_share], moved)
-                {
+                if !component.decays() && !component.is_noise(largest, allowed.rounding) {
                     rough = rough.max(largest * Self::of_roughness(ratio));
                 }
                 for (to, x) in [&mut *of_q, of_p, raw_of_w].into_iter().zip([a, b, raw_c]) {
@@ -176,31 +163,6 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         std::mem::swap(&mut self.start, &mut self.moved);
         larger_or_nan(error, of_oscillations)
     }
-}
-
-/// Whether the error (a, b) of a degree of freedom oscillates fast, with the changes of q, p and D
-/// by its slopes and with μ.
-#[inline(always)]
-fn oscillates([a, b]: [f64; 2], [q, p, friction]: [f64; 3], eigenvalue: f64) -> bool {
-    let (of_spring, fast) = ((q * p).abs(), FAST * eigenvalue);
-    of_spring > fast * fast * (a * b).abs()
-        && friction * friction * a.abs() < 4.0 * of_spring * b.abs()
-}
-
-/// Whether the filter has divided an error by more than 4, from `raw`: most of it decays within the
-/// step. It divides that of an oscillation by 1.6 at most where hω ≤ 8. A choice.
-#[inline(always)]
-fn is_damped([a, b]: [f64; 2], raw: [f64; 2]) -> bool {
-    4.0 * a.abs().max(b.abs()) < raw[0].abs().max(raw[1].abs())
-}
-
-/// Whether roundings of q and p may cause an error. (a, b) are the errors of q and p of a degree of
-/// freedom and (q, p) their changes by v and by the force of the springs; all are in units of the
-/// scales, as is a rounding of q and p.
-#[inline(always)]
-fn is_noise(error: f64, rounding: f64, [a, b]: [f64; 2], [q, p]: [f64; 2]) -> bool {
-    let noise = NOISE_ROUNDINGS * rounding;
-    error * a.abs() < noise * p.abs() || error * b.abs() < noise * q.abs()
 }
 
 /// An error that overflows is too large, whatever its size.
