@@ -3,6 +3,7 @@
 use afterbay_core::larger_or_nan;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::ops::Add;
 
 /// Bounds of the error of a reference state: the largest error of an entry of q, of p and of w,
 /// each in its own unit.
@@ -32,6 +33,14 @@ impl Doubt {
     /// The largest of the bounds.
     pub fn most(self) -> f64 {
         larger_or_nan(self.qp(), self.w)
+    }
+}
+
+impl Add for Doubt {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { q: self.q + other.q, p: self.p + other.p, w: self.w + other.w }
     }
 }
 

@@ -103,10 +103,9 @@ impl<T: Scalar> Solution<T> {
             let lost = part.iter().map(|&x| (x - T::from_f64(x.to_f64())).abs().to_f64());
             lost.fold(0.0, f64::max)
         };
-        let doubt = |(state, doubt): (StateRef<'_, T>, &Doubt)| Doubt {
-            q: doubt.q + rounding(state.q),
-            p: doubt.p + rounding(state.p),
-            w: doubt.w + rounding(state.w),
+        let doubt = |(state, &doubt): (StateRef<'_, T>, &Doubt)| {
+            let [q, p, w] = [state.q, state.p, state.w].map(rounding);
+            doubt + Doubt { q, p, w }
         };
         let doubts = self.states().zip(&self.doubts).map(doubt).collect();
         Solution { dof: self.dof, motors: self.motors.clone(), numbers, doubts }

@@ -4,6 +4,7 @@
 
 mod after;
 mod contact;
+mod global_orders;
 mod local_orders;
 mod long_run;
 mod pick;

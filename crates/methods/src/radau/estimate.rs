@@ -115,13 +115,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         error.max(self.oscillation) + poison
     }
 
-    /// The error over the difference, from ρ².
+    /// The error over the difference, C ρ^((S-1)/2), from ρ².
     #[inline(always)]
     fn of_roughness(ratio: f64) -> f64 {
-        let factor = if S == 5 { 10.0 } else { 60.0 };
-        // (S-1)/2 powers of ρ.
-        let power = if S == 5 { ratio } else { ratio * ratio.sqrt() };
-        (factor * power).min(UNRESOLVED)
+        let factor = if S == 5 { 10.0 * ratio } else { 60.0 * (ratio * ratio.sqrt()) };
+        factor.min(UNRESOLVED)
     }
 
     /// The order of the estimate over that of the step.

@@ -4,7 +4,7 @@
 //! `cargo test -p afterbay-methods --test suite adaptive_accuracy -- --nocapture` prints the table.
 
 use crate::bind::{Curved, erased};
-use crate::catalog::{As, chain, duffing, oscillator, pendulum, van_der_pol, written};
+use crate::catalog::{As, Built, chain, duffing, oscillator, pendulum, van_der_pol, written};
 use crate::many::{InSeries, exact_end, start};
 use afterbay_core::{Formulas, FromFormulas, Grid, Scalar, State, Statistics, Tolerance};
 use afterbay_methods::registry::{ADAPTIVE, Row, Setting, find};
@@ -30,31 +30,33 @@ fn series(system: &InSeries<f64>, from: [&[f64]; 2], end: f64) -> [Vec<f64>; 3] 
     [exact.q, exact.p, exact.w]
 }
 
+/// q, p and w at the end of a run within a tolerance, and its work.
 fn run(
     row: &Row,
     system: &Arc<Curved<f64>>,
-    [q, p]: [&[f64]; 2],
+    start: [&[f64]; 2],
     end: f64,
     tolerance: f64,
 ) -> ([Vec<f64>; 3], Statistics) {
+    end_of(row, system, start, Setting::Tolerance(Tolerance::all(tolerance), end))
+}
+
+fn end_of(
+    row: &Row,
+    system: &Arc<Curved<f64>>,
+    [q, p]: [&[f64]; 2],
+    setting: Setting<f64>,
+) -> ([Vec<f64>; 3], Statistics) {
     let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
-    let tolerance = Tolerance::all(tolerance);
-    let within = erased(row, system.clone()).unwrap();
-    let done = within
-        .run(Setting::Tolerance(tolerance, end), &mut state, 1, &mut |_, _| {
-            ControlFlow::Continue(())
-        })
-        .unwrap();
+    let run = erased(row, system.clone()).unwrap();
+    let done = run.run(setting, &mut state, 1, &mut |_, _| ControlFlow::Continue(())).unwrap();
     ([state.q, state.p, state.w], done)
 }
 
 /// The solution of a linear system.
-fn linear_exact(system: &Arc<Curved<f64>>, [q, p]: [&[f64]; 2], end: f64) -> [Vec<f64>; 3] {
-    let mut state = State::new(q.to_vec(), p.to_vec()).unwrap();
-    let run = erased(find("linear-exact").unwrap(), system.clone()).unwrap();
-    let step = Setting::Step(Grid::new(end / 100.0, end).unwrap());
-    run.run(step, &mut state, 1, &mut |_, _| ControlFlow::Continue(())).unwrap();
-    [state.q, state.p, state.w]
+fn linear_exact(system: &Arc<Curved<f64>>, start: [&[f64]; 2], end: f64) -> [Vec<f64>; 3] {
+    let steps = Setting::Step(Grid::new(end / 100.0, end).unwrap());
+    end_of(find("linear-exact").unwrap(), system, start, steps).0
 }
 
 fn far(a: &[f64], b: &[f64]) -> f64 {
@@ -135,17 +137,19 @@ fn errors_are_within_ten_times_the_tolerance() {
     lines("chain of 8", d8.curved(), start, 50.0, &series(&*d8.series(), start, 50.0));
 }
 
+/// A system with this potential and these dissipative forces.
+fn described(potential: &str, forces: &[&str]) -> Built {
+    let dissipation = DissipationText::Forces(forces.iter().map(ToString::to_string).collect());
+    let potential = potential.to_owned();
+    written(&Description { potential, dissipation, ..Description::default() })
+}
+
 /// A fast oscillator beside a slow one, for the methods that may take steps longer than its period.
 /// Its amplitude of q is that of errors at a tolerance of 1e-6, that of p is 1000 times as large.
 #[test]
 fn a_small_fast_oscillation_is_seen() {
     head();
-    let description = Description {
-        potential: "q1^2/2 + 5e5*q2^2".into(),
-        dissipation: DissipationText::Forces(vec!["0".into(), "0.2*v2".into()]),
-        ..Description::default()
-    };
-    let system = written(&description);
+    let system = described("q1^2/2 + 5e5*q2^2", &["0", "0.2*v2"]);
     let (start, end): ([&[f64]; 2], f64) = ([&[1.0, 1e-6], &[0.0; 2]], 1.0);
     let exact = series(&*system.series(), start, end);
     for name in ["adaptive-collocation", "adaptive-radau"] {
@@ -158,12 +162,7 @@ fn a_small_fast_oscillation_is_seen() {
 #[test]
 fn a_small_oscillation_of_a_stiff_spring_is_seen() {
     head();
-    let description = Description {
-        potential: "q1^2/2 + 1.5e5*(q2 - q1)^2".into(),
-        dissipation: DissipationText::Forces(vec!["0.1*v1".into(), "0.1*v2".into()]),
-        ..Description::default()
-    };
-    let system = written(&description);
+    let system = described("q1^2/2 + 1.5e5*(q2 - q1)^2", &["0.1*v1", "0.1*v2"]);
     let (start, end): ([&[f64]; 2], f64) = ([&[1.0; 2], &[0.0; 2]], 10.0);
     let exact = linear_exact(&system.curved(), start, end);
     line(find("adaptive-radau").unwrap(), &system.curved(), start, end, &exact);
@@ -175,12 +174,7 @@ fn a_small_oscillation_of_a_stiff_spring_is_seen() {
 fn a_drag_that_turns_within_a_step_is_seen() {
     head();
     let drag = |j: usize| format!("v{j}*sqrt(v1^2 + v2^2)");
-    let description = Description {
-        potential: "(q1^2 + q2^2)/2".into(),
-        dissipation: DissipationText::Forces(vec![drag(1), drag(2)]),
-        ..Description::default()
-    };
-    let system = written(&description);
+    let system = described("(q1^2 + q2^2)/2", &[&drag(1), &drag(2)]);
     let (start, end): ([&[f64]; 2], f64) = ([&[1.0, 0.1], &[0.0, 0.01]], 40.0);
     let exact = series(&*system.series(), start, end);
     line(find("adaptive-radau").unwrap(), &system.curved(), start, end, &exact);

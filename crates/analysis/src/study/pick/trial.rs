@@ -147,12 +147,7 @@ impl Comparison<'_> {
             // Beside a kink the reference is known only at its own times.
             if between.most() <= BETWEEN * wanted.error {
                 let errors = off(state, &self.z, &problem.model.motors());
-                let doubt = Doubt {
-                    q: known.q + between.q,
-                    p: known.p + between.p,
-                    w: known.w + between.w,
-                };
-                self.take(state.t, errors, doubt);
+                self.take(state.t, errors, known + between);
             }
         }
         progress.flow()
