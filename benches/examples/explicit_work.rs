@@ -1,8 +1,8 @@
 //! Evaluations that methods need for an error of (q, p) at the end: those with step size control,
-//! for several values of the safety of their steps, and the relaxed ones with fixed steps.
+//! for several errors that their steps aim at, and the relaxed ones with fixed steps.
 //!
 //! `cargo run --release -p afterbay-benches --example explicit_work` prints for each problem,
-//! method and safety the fewest evaluations of a run with an error of at most 1e-4, 1e-8 and 1e-11,
+//! method and target the fewest evaluations of a run with an error of at most 1e-4, 1e-8 and 1e-11,
 //! among runs with tolerances four to a decade, and the share of rejected attempts in all of them.
 //! Of the fixed steps it takes 5 to 20,000, each number larger by a twentieth than the one before.
 
@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 /// The errors to be reached.
 const ERRORS: [f64; 3] = [1e-4, 1e-8, 1e-11];
 /// The safeties compared; the default is 0.2.
-const SAFETIES: [f64; 3] = [0.1, 0.2, 0.4];
+const TARGET_ERRORS: [f64; 3] = [0.1, 0.2, 0.4];
 
 /// An initial state and the solution at the end.
 struct Problem<'a, S> {
@@ -55,14 +55,14 @@ impl Fewest {
     }
 }
 
-/// Prints a line for each safety.
+/// Prints a line for each target error.
 fn lines<S, M>(problem: &Problem<'_, S>, name: &str, method: &M)
 where
     S: Curvature<f64>,
     M: Adaptive<Vec<f64>, S>,
 {
-    for safety in SAFETIES {
-        let control = StepControl { safety, ..StepControl::default() };
+    for target_error in TARGET_ERRORS {
+        let control = StepControl { target_error, ..StepControl::default() };
         let mut fewest = Fewest([u64::MAX; 3]);
         let (mut rejected, mut attempts) = (0, 0);
         for quarter in 4..=52 {
@@ -78,7 +78,7 @@ where
             attempts += done.rejected + done.accepted;
         }
         let (columns, share) = (fewest.columns(), 100.0 * rejected as f64 / attempts as f64);
-        println!("{:24}{name:16}{safety:6}{columns}{share:9.1} %", problem.name);
+        println!("{:24}{name:16}{target_error:6}{columns}{share:9.1} %", problem.name);
     }
 }
 
@@ -114,7 +114,7 @@ where
 
 fn main() {
     let columns: String = ERRORS.iter().map(|error| format!("{error:8.0e}")).collect();
-    println!("{:40}{:>6}{columns} {:>10}", "evaluations for the error", "safety", "rejected");
+    println!("{:40}{:>6}{columns} {:>10}", "evaluations for the error", "target", "rejected");
     macro_rules! problem {
         ($name:literal, $system:expr, $q:expr, $p:expr, $end:expr) => {
             let system = $system.expect("parameters in their range");

@@ -122,10 +122,10 @@ pub enum StepFailure {
         /// The denominator: p for δ(q), V' + D for δ(p).
         denominator: f64,
     },
-    /// The error control shortens the step until t + h = t, or below the least step allowed.
+    /// The error control shortens the steps to roundings of t, or below the least step allowed.
     #[error(
-        "the step shrinks to {h:e}, where t + h = t or which is below the least step allowed: \
-         allow a larger error, or end before a singularity or a point where H or D has no value"
+        "the step shrinks to {h:e}, a rounding of t or below the least step allowed: allow a larger \
+         error, or end before a singularity or a point where H or D has no value"
     )]
     Vanishes {
         /// The step.

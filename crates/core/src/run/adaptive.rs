@@ -17,6 +17,11 @@ const LARGEST_UNCONTROLLED: f64 = 5.7e-14;
 
 /// The largest relative change of a step by which its end becomes a number of the scalar. A choice.
 const MOST_ROUNDED: f64 = 0.125;
+/// The longest step that counts as one of a standstill, in unit roundoffs of t: 4 to 8 spacings of
+/// the numbers near t. A choice.
+const LONGEST_AT_STANDSTILL: f64 = 8.0;
+/// The largest number of such steps in a row. A choice.
+const MOST_AT_STANDSTILL: u32 = 1000;
 
 /// The steps of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -41,8 +46,8 @@ pub struct Statistics {
 /// # Errors
 /// [`IntegrateError::Input`] if [`System::check`] refuses the system, the state does not fit it,
 /// the method does not apply, or the tolerance or the end is invalid; nothing was computed then.
-/// [`IntegrateError::Run`] if steps fail at every length or shrink until t + h = t; `state` is then
-/// that of the last successful step.
+/// [`IntegrateError::Run`] if steps fail at every length, or shrink to roundings of t; `state` is
+/// then that of the last successful step.
 pub fn integrate_within<V, S, M, O>(
     method: &M,
     system: &S,
@@ -169,6 +174,11 @@ fn is_uncontrolled<T: Scalar>(h: T, t: T) -> bool {
     h.to_f64() <= LARGEST_UNCONTROLLED * t.to_f64().abs()
 }
 
+/// Whether a step h to the time t is about as short as the spacing of the numbers near t.
+fn is_at_standstill<T: Scalar>(h: f64, t: T) -> bool {
+    h <= LONGEST_AT_STANDSTILL * T::EPSILON * t.to_f64().abs()
+}
+
 /// A run with its step size and statistics.
 struct Run<'a, V: Vector, S: ?Sized, M: ?Sized, W> {
     method: &'a M,
@@ -177,6 +187,8 @@ struct Run<'a, V: Vector, S: ?Sized, M: ?Sized, W> {
     tolerance: Tolerance,
     end: V::Scalar,
     controller: Controller,
+    /// The number of steps of a few roundings of t up to here, in a row.
+    at_standstill: u32,
     statistics: Statistics,
 }
 
@@ -213,6 +225,7 @@ where
             tolerance,
             end,
             controller: Controller::new(h, control),
+            at_standstill: 0,
             statistics,
         })
     }
@@ -265,7 +278,8 @@ where
             };
             let h = if last { h } else { between_times(state.t, h) };
             let short = self.controller.h < self.controller.least();
-            if state.t + h == state.t || (short && !last) {
+            let stands = self.at_standstill > MOST_AT_STANDSTILL;
+            if state.t + h == state.t || stands || (short && !last) {
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
             }
             let wanted = self.controller;
@@ -296,6 +310,8 @@ where
                         self.method.accept(state, &mut self.workspace);
                         state.t = if last && !at_break { self.end } else { state.t + h };
                         let h = h.to_f64();
+                        let stands = is_at_standstill(h, state.t);
+                        self.at_standstill = if stands { self.at_standstill + 1 } else { 0 };
                         let Statistics { accepted, least, largest, .. } = &mut self.statistics;
                         (*accepted, *least, *largest) = (
                             *accepted + 1,

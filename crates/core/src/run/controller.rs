@@ -52,7 +52,7 @@ pub struct StepControl {
     /// longer.
     pub largest: f64,
     /// The error a step aims at, as a share of the error allowed; above 0 and below 1.
-    pub safety: f64,
+    pub target_error: f64,
     /// The largest factor by which a step grows; above 1.
     pub largest_growth: f64,
 }
@@ -63,7 +63,7 @@ impl Default for StepControl {
             initial: None,
             least: 0.0,
             largest: f64::INFINITY,
-            safety: TARGET_ERROR,
+            target_error: TARGET_ERROR,
             largest_growth: LARGEST_GROWTH,
         }
     }
@@ -75,8 +75,9 @@ impl StepControl {
     /// # Errors
     /// [`InputError::Parameter`], with the option that is out of range.
     pub fn check(&self) -> Result<(), InputError> {
-        let Self { initial, least, largest, safety, largest_growth } = *self;
+        let Self { initial, least, largest, target_error, largest_growth } = *self;
         let first = initial.unwrap_or(largest);
+        let aims = target_error > 0.0 && target_error < 1.0;
         let starts = initial.is_none() || (first > 0.0 && first.is_finite());
         let parts = [
             (least >= 0.0 && least.is_finite(), "least step", least, "0 or more, and finite"),
@@ -88,7 +89,7 @@ impl StepControl {
                 first,
                 "from the least to the largest step",
             ),
-            (safety > 0.0 && safety < 1.0, "safety", safety, "above 0 and below 1"),
+            (aims, "target error", target_error, "above 0 and below 1"),
             (largest_growth > 1.0, "largest growth", largest_growth, "above 1"),
         ];
         match parts.into_iter().find(|part| !part.0) {
@@ -148,7 +149,7 @@ impl Controller {
         least_growth: f64,
     ) -> f64 {
         let order = f64::from(attempt.order);
-        let target = self.options.safety;
+        let target = self.options.target_error;
         let error = ln(attempt.error.max(LEAST_ERROR) / target);
         if !accepted {
             // The error of a step that is rejected twice does not follow the power of h.
@@ -246,8 +247,8 @@ mod tests {
             (StepControl { initial: Some(3.0), largest: 2.0, ..good }, "initial step"),
             (StepControl { least: -1.0, ..good }, "least step"),
             (StepControl { least: 2.0, largest: 1.0, ..good }, "largest step"),
-            (StepControl { safety: 1.0, ..good }, "safety"),
-            (StepControl { safety: f64::NAN, ..good }, "safety"),
+            (StepControl { target_error: 1.0, ..good }, "target error"),
+            (StepControl { target_error: f64::NAN, ..good }, "target error"),
             (StepControl { largest_growth: 1.0, ..good }, "largest growth"),
         ] {
             let refused = bad.check();

@@ -363,7 +363,8 @@ fn steps_stay_within_the_options_of_their_control() {
     let (slow, done) = lengths(StepControl { initial: Some(1e-3), largest_growth: 1.25, ..plain });
     done.unwrap();
     assert!(slow.windows(2).all(|pair| pair[1] <= 1.25 * pair[0] * (1.0 + 1e-9)), "{slow:?}");
-    let [bold, shy] = [0.8, 0.02].map(|safety| lengths(StepControl { safety, ..plain }).0.len());
+    let aims = |target_error| lengths(StepControl { target_error, ..plain }).0.len();
+    let [bold, shy] = [0.8, 0.02].map(aims);
     assert!(bold < free.len() && free.len() < shy, "{bold} {} {shy}", free.len());
     let (_, done) = lengths(StepControl { least: 2.0 * longest, ..plain });
     let Err(IntegrateError::Run(error)) = done else { panic!("{done:?}") };

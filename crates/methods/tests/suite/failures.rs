@@ -4,8 +4,9 @@
 use crate::bind::{Curved, by_force};
 use crate::catalog::{As, Built, duffing, modified_van_der_pol, oscillator, van_der_pol};
 use afterbay_core::{
-    Block, Curvature, Dissipation, Grid, InputError, IntegrateError, Method, Quantity, RunError,
-    Separable, State, StateRef, StepFailure, System, Tolerance, integrate_within,
+    Block, Curvature, Dissipation, Formulas, FromFormulas, Grid, InputError, IntegrateError,
+    Method, Quantity, RunError, Scalar, Separable, State, StateRef, StepFailure, System, Tolerance,
+    integrate_within,
 };
 use afterbay_methods::moddg::steps::Equation;
 use afterbay_methods::registry::{FIXED, Needs, Run, find};
@@ -337,4 +338,40 @@ fn a_step_of_no_time_changes_nothing() {
             assert!(outcome.is_ok() && after == start, "{}: {outcome:?} {after:?}", row.name);
         }
     }
+}
+
+/// V = acos(cos q), a triangular wave, which is not known to rounding where q is a multiple of π.
+struct Zigzag;
+
+impl Formulas for Zigzag {
+    fn dof(&self) -> usize {
+        1
+    }
+
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        q[0].cos().acos()
+    }
+
+    fn dissipation<T: Scalar>(&self, _q: &[T], _v: &[T], _j: usize) -> T {
+        T::zero()
+    }
+}
+
+#[test]
+fn a_run_that_stands_still_ends() {
+    let mut longest = 0;
+    for p in [2.9, 3.0, 3.1, 3.2, 3.3, 3.4, 3.5] {
+        let mut state = State::new([1.0], [p]).unwrap();
+        let mut watch = |n: u64, _: &State<[f64; 1]>| {
+            longest = longest.max(n);
+            if n < 10_000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let (method, tolerance) = (AdaptiveCollocation, Tolerance::all(1e-9));
+        let system = FromFormulas(Zigzag);
+        let done = integrate_within(&method, &system, &tolerance, 10.0, &mut state, &mut watch);
+        let Err(IntegrateError::Run(error)) = done else { panic!("p = {p}: {done:?} {state:?}") };
+        assert!(matches!(error.failure, StepFailure::Vanishes { .. }), "p = {p}: {error}");
+        assert!((state.q[0] - std::f64::consts::PI).abs() < 1e-5, "p = {p}: {state:?}");
+    }
+    assert!(longest > 1000, "no run stands still: at most {longest} steps");
 }
