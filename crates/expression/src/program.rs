@@ -116,12 +116,15 @@ impl Program {
 
     /// Programs of many results, each with an index. [`Program::run`] passes a result on as soon as
     /// it is computed. Results that need too many registers together are spread over several
-    /// programs.
+    /// programs. There is no program of no results.
     ///
     /// # Errors
     /// [`TooManyRegisters`], if a single result needs more than there are.
     pub fn many(graph: &Graph, results: &[(u32, Node)]) -> Result<Vec<Self>, TooManyRegisters> {
-        let (mut programs, mut stack) = (Vec::new(), vec![results]);
+        let (mut programs, mut stack) = (Vec::new(), Vec::new());
+        if !results.is_empty() {
+            stack.push(results);
+        }
         while let Some(part) = stack.pop() {
             match compile(graph, &[], part) {
                 Ok(program) => programs.push(program),

@@ -57,7 +57,12 @@ pub(super) struct Fields {
 
 impl Fields {
     pub(super) fn at(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Self {
-        let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![0.0; q.len()]);
+        Self::over(0.0, system, q, p)
+    }
+
+    /// The functions of a system that writes them over this value.
+    pub(super) fn over(value: f64, system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Self {
+        let [mut hq, mut hp, mut d] = [(); 3].map(|()| vec![value; q.len()]);
         system.gradient(q, p, &mut hq, &mut hp);
         system.dissipation(q, p, &hp, &mut d);
         Self { h: system.energy(q, p), hq, hp, d }

@@ -8,8 +8,8 @@ use crate::error::InputError;
 use crate::quantity::Quantity;
 use crate::system::System;
 
-/// Validates a system at and around (q, p): compares the gradient with the energy, and tests the
-/// claims of [`System::unit_mass`], [`System::dissipation_form`] and [`System::coupling`].
+/// Validates a system at and around (q, p): compares the gradient with the energy, and tests that
+/// every entry of ∂H/∂q, ∂H/∂p and D is written, and the claims of [`System::unit_mass`], [`System::dissipation_form`] and [`System::coupling`].
 ///
 /// # Errors
 /// [`InputError::Length`] if the length of q or p is not [`System::dof`], [`InputError::NotFinite`]
@@ -25,6 +25,7 @@ pub fn system(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), Inpu
         finite(quantity, part)?;
     }
     Fields::at(system, q, p).finite()?;
+    written(system, q, p)?;
     let places = around(system, q, p);
     for Place { q, p, .. } in starts(&places) {
         for j in 0..n {
@@ -37,4 +38,21 @@ pub fn system(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), Inpu
     }
     dissipation(system, &places)?;
     starts(&places).iter().try_for_each(|Place { q, p, .. }| coupling(system, q, p))
+}
+
+/// Checks that the system writes every entry, whatever it contains before.
+fn written(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+    let (zeros, ones) = (Fields::at(system, q, p), Fields::over(1.0, system, q, p));
+    for (quantity, given, found, rule) in [
+        (Quantity::Slope, ones.hq, zeros.hq, "gradient() must write every entry, 0 as well"),
+        (Quantity::Velocity, ones.hp, zeros.hp, "gradient() must write every entry, 0 as well"),
+        (Quantity::Dissipation, ones.d, zeros.d, "dissipation() must write every entry, 0 as well"),
+    ] {
+        for (dof, (given, found)) in given.into_iter().zip(found).enumerate() {
+            if given.to_bits() != found.to_bits() {
+                return Err(InputError::Contradiction { quantity, dof, given, found, rule });
+            }
+        }
+    }
+    Ok(())
 }

@@ -165,3 +165,41 @@ fn members_that_are_not_alike() {
         }
     }
 }
+
+/// A free particle in a plane that leaves entries as they are, or adds to them.
+struct Unwritten(&'static str);
+
+impl System<f64> for Unwritten {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn energy(&self, _q: &[f64], p: &[f64]) -> f64 {
+        (p[0] * p[0] + p[1] * p[1]) / 2.0
+    }
+    fn gradient(&self, _q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        hp[0] = p[0];
+        hp[1] = if self.0 == "velocity" { hp[1] + p[1] } else { p[1] };
+        hq[0] = 0.0;
+        if self.0 != "slope" {
+            hq[1] = 0.0;
+        }
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        if self.0 != "dissipation" {
+            d.fill(0.0);
+        }
+    }
+}
+
+#[test]
+fn entries_that_are_not_written_are_found() {
+    let found = |lie| validate::system(&Unwritten(lie), &[0.3, 0.4], &[0.5, 0.7]);
+    assert_eq!(found("none"), Ok(()));
+    for (lie, quantity, dof) in [
+        ("slope", Quantity::Slope, 1),
+        ("velocity", Quantity::Velocity, 1),
+        ("dissipation", Quantity::Dissipation, 0),
+    ] {
+        assert_caught(found(lie), quantity, dof, "must write every entry");
+    }
+}

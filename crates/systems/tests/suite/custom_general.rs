@@ -33,8 +33,10 @@ const SMOOTH: [(&str, [&str; 2]); 6] = [
 
 #[test]
 fn every_claim_holds() {
-    for (hamiltonian, forces) in SMOOTH {
-        let system = general(hamiltonian, &forces).unwrap();
+    let without_friction = SMOOTH.map(|(hamiltonian, _)| (hamiltonian, &[][..]));
+    let with_friction = SMOOTH.iter().map(|(hamiltonian, forces)| (*hamiltonian, &forces[..]));
+    for (hamiltonian, forces) in with_friction.chain(without_friction) {
+        let system = general(hamiltonian, forces).unwrap();
         for (q, p) in [([1.1, 0.3], [0.2, 0.7]), ([0.4, -0.8], [-1.2, 0.5])] {
             assert_eq!(validate::system(&system, &q, &p), Ok(()), "{hamiltonian}");
             assert_eq!(validate::curvature(&system, &q, &p), Ok(()), "{hamiltonian}");

@@ -4,8 +4,8 @@ use afterbay_core::{
     Abilities, Drive, Driven, Harmonic, Harmonics, InputError, Quad, Scalar, f64x8, validate,
 };
 use afterbay_systems::{
-    Custom, CustomDrive, CustomError, Description, DissipationText, DriveDescription, Place,
-    Problem,
+    Custom, CustomDrive, CustomError, CustomGeneral, Description, DissipationText,
+    DriveDescription, GeneralDescription, Place, Problem,
 };
 use std::sync::Arc;
 
@@ -50,6 +50,17 @@ fn a_driven_system_is_a_system() {
         let curved = Arc::new(driven).second_derivatives().unwrap();
         assert_eq!(validate::curvature(&*curved, &q, &p), Ok(()), "{forces:?}");
     }
+}
+
+#[test]
+fn a_driven_system_of_any_h_without_friction_is_a_system() {
+    let hamiltonian = "p1^2/2 + p2^2/(2 + q1^2) + q2^2/2".into();
+    let system = CustomGeneral::new(&GeneralDescription { hamiltonian, ..Default::default() });
+    let (drive, _) = drive(&FORCES[2]).unwrap();
+    let driven =
+        Driven::<_, dyn Drive<f64>>::new(Arc::new(system.unwrap()), Arc::new(drive) as _).unwrap();
+    let (q, p) = ([0.6, -0.8, 0.4, 0.4], [0.5, 1.1, 0.2, 0.2]);
+    assert_eq!(validate::system(&driven, &q, &p), Ok(()));
 }
 
 fn with_period(force: &str, period: Option<&str>) -> Result<CustomDrive<f64>, CustomError> {
