@@ -4,7 +4,7 @@
 use super::measure::{Line, Run, Setting, Spent, Watch};
 use super::{Scene, adaptive};
 use afterbay_core::{Effort, Grid, InputError, IntegrateError, State, StateRef, Vector};
-use afterbay_methods::registry::{self, Row};
+use afterbay_methods::registry::{self, Order, Row};
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
@@ -51,11 +51,11 @@ fn fixed(scene: &Scene, row: &'static Row) -> Option<Line> {
     // The error of a high-order method decreases fast, and a splitting method is fastest just below
     // its limit of stability, so that step sizes are close to each other.
     let (first, ratio, count) = match row.order() {
-        registry::EXACT => (1.0 / scene.coarsest as f64, 4.0, 8),
+        Order::Exact => (1.0 / scene.coarsest as f64, 4.0, 8),
         _ if row.name.starts_with("splitting") => (1.0, 2.0_f64.sqrt(), 16),
-        0..=2 => (16.0, 2.0, 11),
-        3..=4 => (4.0, 2.0, 11),
-        _ => (1.0, 2.0_f64.sqrt(), 16),
+        Order::Of(0..=2) => (16.0, 2.0, 11),
+        Order::Of(3..=4) => (4.0, 2.0, 11),
+        Order::Of(_) => (1.0, 2.0_f64.sqrt(), 16),
     };
     Some(Line {
         method: row.name,

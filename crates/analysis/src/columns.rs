@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::io::Read;
 
 /// f64 represents every integer up to this one.
-const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
+const LARGEST_INTEGER: u64 = 1 << f64::MANTISSA_DIGITS;
 
 /// The type of the values of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ impl Kind {
         match cell {
             "true" | "false" => Self::Bool,
             _ if is_whole(cell) => match cell.parse::<i64>() {
-                Ok(whole) if whole.unsigned_abs() <= EXACT => Self::Integer,
+                Ok(whole) if whole.unsigned_abs() <= LARGEST_INTEGER => Self::Integer,
                 _ => Self::Word,
             },
             _ if cell.parse::<f64>().is_ok() => Self::Float,

@@ -3,40 +3,21 @@
 use crate::arguments::{Format, What};
 use crate::failure::Failure;
 use crate::table::{self, Column};
-use afterbay_methods::registry::{EXACT, METHODS, Row};
+use afterbay_methods::registry::{METHODS, Order, Row};
 use afterbay_systems::{FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS, SYSTEMS, SystemRow};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::process::ExitCode;
-
-/// An order, as a number or in words.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Order {
-    Of(u32),
-    Exact(&'static str),
-}
-
-impl From<u32> for Order {
-    fn from(order: u32) -> Self {
-        if order == EXACT { Self::Exact("exact") } else { Self::Of(order) }
-    }
-}
-
-impl std::fmt::Display for Order {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Of(order) => order.fmt(f),
-            Self::Exact(word) => f.write_str(word),
-        }
-    }
-}
 
 #[derive(Serialize)]
 struct Method {
     name: &'static str,
+    #[serde(serialize_with = "number_or_word")]
     order: Order,
+    #[serde(serialize_with = "number_or_word")]
     local_order_q: Order,
+    #[serde(serialize_with = "number_or_word")]
     local_order_p: Order,
+    #[serde(serialize_with = "number_or_word")]
     local_order_w: Order,
     keeps_k: bool,
     passive: bool,
@@ -49,10 +30,10 @@ struct Method {
 
 impl From<&Row> for Method {
     fn from(row: &Row) -> Self {
-        let [local_order_q, local_order_p, local_order_w] = row.local_order.map(Order::from);
+        let [local_order_q, local_order_p, local_order_w] = row.local_order;
         Self {
             name: row.name,
-            order: row.order().into(),
+            order: row.order(),
             local_order_q,
             local_order_p,
             local_order_w,
@@ -64,6 +45,13 @@ impl From<&Row> for Method {
             needs: row.needs.describe(),
             about: row.about,
         }
+    }
+}
+
+fn number_or_word<S: Serializer>(order: &Order, serializer: S) -> Result<S::Ok, S::Error> {
+    match order.number() {
+        Some(number) => serializer.serialize_u32(number),
+        None => serializer.collect_str(order),
     }
 }
 

@@ -8,6 +8,7 @@ mod erased;
 mod families;
 pub mod inlined;
 mod number;
+mod order;
 mod run;
 mod sources;
 mod stepper;
@@ -24,13 +25,11 @@ use std::sync::Arc;
 pub use cost::Cost;
 pub(crate) use erased::fixed;
 pub use number::{Compensable, Number, compensated};
+pub use order::Order;
 pub use run::{Part, Run, Setting, Show, Stepping};
 pub use sources::{KOBUS, Source};
 #[cfg(not(test))]
 pub use table::{ADAPTIVE, FIXED, METHODS, REFERENCE, find};
-
-/// The order of a method whose only error is rounding.
-pub const EXACT: u32 = u32::MAX;
 
 /// A method in the registry.
 #[derive(Clone, Copy, Debug)]
@@ -39,11 +38,10 @@ pub struct Row {
     pub name: &'static str,
     /// A one-line description.
     pub about: &'static str,
-    /// The orders of the local errors (x(t + h) - x1)/h in q, p and w, away from poles; [`EXACT`]
-    /// for a method without error. For methods that do not require a separable H, the orders on
-    /// separable H; some systems have higher ones. The order of the method is the least of them, on
-    /// any system to which it applies.
-    pub local_order: [u32; 3],
+    /// The orders of the local errors (x(t + h) - x1)/h in q, p and w, away from poles. For methods
+    /// that do not require a separable H, the orders on separable H; some systems have higher ones.
+    /// The order of the method is the least of them, on any system to which it applies.
+    pub local_order: [Order; 3],
     /// Whether every accepted step conserves K to roundings of its terms, for every step size and
     /// every system to which the method applies. A step that cannot conserve K fails.
     /// `linear-exact` adds h |A| roundings beyond 12 degrees of freedom.
@@ -77,8 +75,9 @@ pub struct Row {
 
 impl Row {
     /// The order of the method.
-    pub fn order(&self) -> u32 {
-        self.local_order.into_iter().min().unwrap_or(0)
+    pub fn order(&self) -> Order {
+        let [q, p, w] = self.local_order;
+        q.min(p).min(w)
     }
 
     /// Whether the method chooses its steps by a tolerance.

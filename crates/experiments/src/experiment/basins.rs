@@ -1,7 +1,7 @@
 //! Basins of attraction: a map for each method and step, beside that of the reference.
 
 use super::declared::{Boxed, section};
-use super::reference::{EXACT, label, of_reference};
+use super::reference::{REFERENCE_LABEL, label, of_reference};
 use crate::chart::{Axis, Cells, HeatMap};
 use crate::claim::{Readings, Said, counted, fixed, in_full, list, note};
 use crate::findings::all_zero;
@@ -30,7 +30,9 @@ fn sheet(
 ) -> Result<Sheet, ReportError> {
     let (mut sheet, study) = (Sheet::new("Basins of attraction"), &plan.study);
     let model = &scene.problem.model;
-    if let Some((exact, others)) = found.split_first_mut().filter(|(x, _)| x.row.name == EXACT) {
+    if let Some((exact, others)) =
+        found.split_first_mut().filter(|(x, _)| x.row.name == REFERENCE_LABEL)
+    {
         others.iter_mut().for_each(|map| map.renumber(exact));
     }
     let rows: Vec<_> = found.iter().flat_map(|map| study.rows(map)).collect();
@@ -85,7 +87,7 @@ fn prose(plan: &DynamicsPlan<Basins>, model: &Model) -> String {
 
 fn readings(study: &Basins, found: &[BasinMap]) -> Readings {
     let width = study.axes[0].values.len();
-    let exact = found.first().filter(|first| first.row.name == EXACT);
+    let exact = found.first().filter(|first| first.row.name == REFERENCE_LABEL);
     let mut readings = Readings::default();
     for map in found {
         let label = label(map.row, map.h);
@@ -104,7 +106,7 @@ fn readings(study: &Basins, found: &[BasinMap]) -> Readings {
         if map.has_boundary(width) {
             readings.add(&label, "α", map.uncertainty(width));
         }
-        if let Some(exact) = exact.filter(|_| map.row.name != EXACT) {
+        if let Some(exact) = exact.filter(|_| map.row.name != REFERENCE_LABEL) {
             compare(&mut readings, &label, map, exact);
         }
     }

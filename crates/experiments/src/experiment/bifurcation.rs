@@ -1,7 +1,7 @@
 //! Bifurcation diagrams: the points of each method beside those of the reference.
 
 use super::declared::{Boxed, section};
-use super::reference::{EXACT, States, label, of_reference, show_states};
+use super::reference::{REFERENCE_LABEL, States, label, of_reference, show_states};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, counted, in_full, list, note, significant};
 use crate::findings::all_zero;
@@ -94,7 +94,7 @@ fn prose(plan: &DynamicsPlan<Bifurcation>, model: &Model) -> String {
 }
 
 fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
-    let exact = found.iter().find(|diagram| diagram.row.name == EXACT);
+    let exact = found.iter().find(|diagram| diagram.row.name == REFERENCE_LABEL);
     let exact = exact.map(|exact| (exact, kinds(exact)));
     // A motion that still settles has no attractor yet.
     let settled = |kinds: &[Option<Attractor>]| -> Vec<_> {
@@ -112,7 +112,7 @@ fn readings(study: &Bifurcation, found: &[Diagram]) -> Readings {
         readings.add(&label, "growing runs", count(Column::grows));
         readings.add(&label, "interrupted runs", count(|column| column.ending.is_interrupted()));
         readings.add(&label, "changes", changes(diagram, &own, &study.parameter));
-        if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != EXACT) {
+        if let Some(exact) = exact.as_ref().filter(|_| diagram.row.name != REFERENCE_LABEL) {
             let own = settled(&own);
             // A diagram that was interrupted may lack any of its columns.
             let reached = |column: &Column| !column.ending.is_interrupted();

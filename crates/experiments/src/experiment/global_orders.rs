@@ -12,7 +12,7 @@ use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors};
 use afterbay_analysis::study::VARIABLES;
 use afterbay_analysis::study::global_order::{GlobalOrder, GlobalRow, ROUNDING};
 use afterbay_analysis::study::outcome::Ending;
-use afterbay_methods::registry::{EXACT, Row};
+use afterbay_methods::registry::{Order, Row};
 
 /// The table from which the charts are made.
 const DATA: &str = "global_orders";
@@ -48,9 +48,10 @@ fn sheet(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow]) -> Result<Sheet, 
         let orders = VARIABLES.map(|variable| order(found, row.name, variable));
         let r = VARIABLES.iter().zip(orders).fold(r, |r, (of, order)| r.and(row.name, of, order));
         match row.order() {
-            EXACT => r,
-            _ if orders.iter().all(Option::is_none) => r,
-            claimed => r.and(row.name, "claimed", f64::from(claimed)),
+            Order::Of(claimed) if orders.iter().any(Option::is_some) => {
+                r.and(row.name, "claimed", f64::from(claimed))
+            }
+            _ => r,
         }
     });
     sheet.find("Global orders of q / p / w", readings, global);
@@ -73,11 +74,9 @@ const HEADER: [&str; 8] =
     ["method", "order", "found in q", "p", "w", "error of q at the finest step", "of p", "of w"];
 
 fn cells(found: &[GlobalRow], row: &Row) -> Vec<String> {
-    let claimed = row.order();
-    let claimed = if claimed == EXACT { "exact".into() } else { claimed.to_string() };
     let finest =
         |variable| GlobalRow::of(found, row.name, variable).filter_map(GlobalRow::measured);
-    let mut cells = vec![row.name.into(), claimed];
+    let mut cells = vec![row.name.into(), row.order().to_string()];
     cells.extend(VARIABLES.map(|variable| decimal(order(found, row.name, variable))));
     cells.extend(VARIABLES.map(|variable| measured(finest(variable).next_back())));
     cells
@@ -100,8 +99,8 @@ fn chart(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow], variable: &str) -
 }
 
 /// The slopes of guides for methods of these orders.
-pub(super) fn slopes(orders: impl Iterator<Item = u32>) -> Vec<f64> {
-    let mut orders: Vec<u32> = orders.filter(|&order| order != EXACT).collect();
+pub(super) fn slopes(orders: impl Iterator<Item = Order>) -> Vec<f64> {
+    let mut orders: Vec<u32> = orders.filter_map(Order::number).collect();
     orders.sort_unstable();
     orders.dedup();
     orders.into_iter().map(f64::from).collect()

@@ -1,7 +1,7 @@
 //! Limit cycles of each method beside those of the reference, and their branches.
 
 use super::declared::{Boxed, section};
-use super::reference::{EXACT, label, of_reference};
+use super::reference::{REFERENCE_LABEL, label, of_reference};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list, note, sci, significant};
 use crate::findings::all_completed;
@@ -76,7 +76,7 @@ fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>) -> String {
 
 fn readings(parameter: Option<&str>, found: &[Cycles]) -> Readings {
     let mut readings = Readings::default();
-    let exact = found.iter().find(|cycles| cycles.row.name == EXACT).and_then(first);
+    let exact = found.iter().find(|cycles| cycles.row.name == REFERENCE_LABEL).and_then(first);
     for cycles in found {
         let (label, cycle) = (label(cycles.row, cycles.h), first(cycles));
         readings.add(&label, "run", cycles.ending.outcome);
@@ -84,11 +84,13 @@ fn readings(parameter: Option<&str>, found: &[Cycles]) -> Readings {
         readings.add(&label, "amplitude", cycle.map(|cycle| cycle.amplitude[0]));
         readings.add(&label, "multiplier", cycle.and_then(largest));
         readings.add(&label, "lost below", cycle.and_then(|cycle| cycle.lost_below));
-        if cycles.row.name == EXACT {
+        if cycles.row.name == REFERENCE_LABEL {
             let along = cycles.points.iter().filter_map(|point| point.cycle.off_along());
             readings.add(&label, "off along", along.reduce(f64::max));
         }
-        if let Some((cycle, exact)) = cycle.zip(exact).filter(|_| cycles.row.name != EXACT) {
+        if let Some((cycle, exact)) =
+            cycle.zip(exact).filter(|_| cycles.row.name != REFERENCE_LABEL)
+        {
             let off = |own: f64, exact: f64| (own - exact).abs() / exact;
             readings.add(&label, "period off", off(cycle.period, exact.period));
             let off = off(cycle.amplitude[0], exact.amplitude[0]);

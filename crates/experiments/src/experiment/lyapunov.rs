@@ -1,7 +1,7 @@
 //! Lyapunov exponents of each method beside those of the reference.
 
 use super::declared::{Boxed, section};
-use super::reference::{EXACT, label, of_reference};
+use super::reference::{REFERENCE_LABEL, label, of_reference};
 use crate::chart::{Axis, Curve, LineChart};
 use crate::claim::{Readings, Said, fixed, note, sci};
 use crate::findings::all_completed;
@@ -83,7 +83,7 @@ fn readings(found: &[Spectrum], has_kinks: bool) -> Readings {
         readings.add(&label, "standard error", done.and_then(|row| row.standard_errors[0]));
         readings.add(&label, "sum", done.and_then(|row| row.sum));
         readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
-        if label == EXACT && !has_kinks {
+        if label == REFERENCE_LABEL && !has_kinks {
             readings.add(&label, "volumes off", done.and_then(volumes_off));
         }
         readings.add(&label, "growth of the motion", done.and(spectrum.growth));
@@ -130,7 +130,7 @@ fn curve(spectrum: &Spectrum) -> Curve {
 }
 
 fn what_is_seen(r: &Readings) -> Said {
-    let exact = (r.number(EXACT, "largest"), r.number(EXACT, "standard error"));
+    let exact = (r.number(REFERENCE_LABEL, "largest"), r.number(REFERENCE_LABEL, "standard error"));
     let one = |label: &str| {
         let run = r.word(label, "run");
         if run != COMPLETED {
@@ -158,7 +158,7 @@ fn what_is_seen(r: &Readings) -> Said {
         let rounding = ROUNDING * largest.abs();
         let apart = (largest - exact.0).abs() / error.hypot(exact.1).max(rounding);
         let beside = match label {
-            EXACT => "",
+            REFERENCE_LABEL => "",
             _ if apart > DIFFERENT => ", not that of the reference",
             _ if apart <= DIFFERENT => ", as the reference within the errors",
             _ => "",

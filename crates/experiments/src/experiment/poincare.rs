@@ -1,7 +1,7 @@
 //! Poincaré sections: the points of each method beside those of the reference.
 
 use super::declared::{Boxed, section};
-use super::reference::{EXACT, States, label, of_reference, show_states};
+use super::reference::{REFERENCE_LABEL, States, label, of_reference, show_states};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list, note, significant};
 use crate::findings::{all_completed, all_zero, ended};
@@ -80,7 +80,7 @@ fn prose(plan: &DynamicsPlan<Poincare>, model: &Model) -> String {
 
 fn readings(found: &[Portrait]) -> Readings {
     let attractors: Vec<_> = found.iter().map(Portrait::attractors).collect();
-    let exact = found.iter().position(|portrait| portrait.row.name == EXACT);
+    let exact = found.iter().position(|portrait| portrait.row.name == REFERENCE_LABEL);
     let mut readings = Readings::default();
     for (portrait, own) in found.iter().zip(&attractors) {
         let label = label(portrait.row, portrait.h);
@@ -91,7 +91,7 @@ fn readings(found: &[Portrait]) -> Readings {
         if few > 0 {
             readings.add(&label, FEW, few);
         }
-        if let Some(exact) = exact.filter(|_| portrait.row.name != EXACT) {
+        if let Some(exact) = exact.filter(|_| portrait.row.name != REFERENCE_LABEL) {
             let reached = own.iter().zip(&attractors[exact]).zip(&portrait.endings);
             let reached = reached.filter(|(_, ending)| !ending.is_interrupted());
             compare(&mut readings, &label, &reached.map(|(pair, _)| pair).collect::<Vec<_>>());

@@ -6,12 +6,12 @@ use crate::sheet::{Sheet, dotted};
 use afterbay_methods::registry::{REFERENCE, Row};
 
 /// The label of the reference.
-pub(super) const EXACT: &str = REFERENCE.name;
+pub(super) const REFERENCE_LABEL: &str = REFERENCE.name;
 
 /// The label of a method and its step, which has four digits: what is found belongs to the label.
 pub(super) fn label(row: &Row, h: f64) -> String {
     match row.name {
-        EXACT => EXACT.into(),
+        REFERENCE_LABEL => REFERENCE_LABEL.into(),
         name => format!("{name}, h = {}", significant(h, 4)),
     }
 }
@@ -38,7 +38,7 @@ pub(super) fn show_states(
     found: &[States],
     chart: impl Fn(&str, Vec<Curve>) -> LineChart,
 ) {
-    let of_exact = |states: &&States| states.row.name == EXACT;
+    let of_exact = |states: &&States| states.row.name == REFERENCE_LABEL;
     let exact = found.iter().find(of_exact);
     for (nth, states) in found.iter().enumerate() {
         if of_exact(&states) && found.len() > 1 {

@@ -1,7 +1,7 @@
 //! Resonance curves: the amplitude and the energy per period of each method beside the reference.
 
 use super::declared::{Boxed, section};
-use super::reference::{EXACT, label, of_reference};
+use super::reference::{REFERENCE_LABEL, label, of_reference};
 use crate::chart::{self, Axis, LineChart};
 use crate::claim::{Found, Readings, Said, counted, fixed, in_full, note, sci, significant};
 use crate::findings::all_zero;
@@ -78,7 +78,7 @@ fn prose(plan: &DynamicsPlan<Resonance>) -> String {
 }
 
 fn readings(found: &[Curve]) -> Readings {
-    let exact = found.iter().find(|curve| curve.label == EXACT);
+    let exact = found.iter().find(|curve| curve.label == REFERENCE_LABEL);
     let mut readings = Readings::default();
     for curve in found {
         let mut add = |what: &str, value: Found| readings.add(&curve.label, what, value);
@@ -92,7 +92,7 @@ fn readings(found: &[Curve]) -> Readings {
         add("failed runs", failed.into());
         add("unsteady", (rows - failed - steady).into());
         add("values", rows.into());
-        if let Some(exact) = exact.filter(|_| curve.label != EXACT) {
+        if let Some(exact) = exact.filter(|_| curve.label != REFERENCE_LABEL) {
             add("off", curve.distance(exact).into());
         }
     }

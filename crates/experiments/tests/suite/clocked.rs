@@ -9,7 +9,7 @@ use afterbay_analysis::study::{energy, events, global_order, trajectory, work_pr
 use afterbay_core::accounts;
 use afterbay_experiments::record::Artifact;
 use afterbay_experiments::scene::Scene;
-use afterbay_methods::registry::{METHODS, REFERENCE, Row, find};
+use afterbay_methods::registry::{METHODS, Order, REFERENCE, Row, find};
 use std::f64::consts::{PI, TAU};
 
 const MATHIEU: &str = include_str!("../../../../scenes/mathieu.toml");
@@ -125,7 +125,7 @@ fn every_method_is_studied() {
         assert!(!keeps || row.k_drift < 1e-12, "{}: K is off by {:e}", row.method, row.k_drift);
         let [qp, w] = [row.error_qp, row.error_w].map(Option::unwrap);
         // A method of order 1 has the error of its step.
-        let most = if find(row.method).unwrap().order() == 1 { 2e-2 } else { 1e-3 };
+        let most = if find(row.method).unwrap().order() == Order::Of(1) { 2e-2 } else { 1e-3 };
         assert!(qp < most && w < most, "{}: {qp:e} {w:e}", row.method);
     }
     let steps = [0.1, 0.05, 0.025];

@@ -2,7 +2,7 @@
 
 use super::binding::{AdaptiveBinding, Form};
 use super::sources::{BRUGNANO, HAIRER_2010, KOBUS, Source};
-use super::{Cost, Needs, Row};
+use super::{Cost, Needs, Order, Row};
 use crate::Collocation;
 use crate::increment::Increments;
 use crate::moddg::steps::Degree::{Fourth, Third};
@@ -23,7 +23,7 @@ pub(super) const fn explicit(
     Row {
         name,
         about,
-        local_order: [order; 3],
+        local_order: Order::each([order; 3]),
         keeps_k: true,
         passive: false,
         a_stable: false,
@@ -41,7 +41,7 @@ pub(super) const fn collocation(name: &'static str, method: &'static Collocation
     Row {
         name,
         about: "energy-preserving collocation, solved to rounding",
-        local_order: [2 * stages as u32; 3],
+        local_order: Order::each([2 * stages as u32; 3]),
         keeps_k: true,
         passive: true,
         a_stable: true,
@@ -70,7 +70,7 @@ pub(super) const fn increment(
     Row {
         name,
         about,
-        local_order,
+        local_order: Order::each(local_order),
         keeps_k: true,
         passive: forward,
         a_stable: forward,
@@ -95,7 +95,7 @@ pub(super) const fn splitting(
     Row {
         name,
         about,
-        local_order: [order; 3],
+        local_order: Order::each([order; 3]),
         keeps_k: true,
         passive: order == 2,
         a_stable: false,
@@ -154,7 +154,7 @@ const fn modified(
     Row {
         name,
         about,
-        local_order,
+        local_order: Order::each(local_order),
         keeps_k,
         passive: !keeps_k,
         a_stable: false,

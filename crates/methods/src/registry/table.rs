@@ -7,7 +7,7 @@ use super::sources::{
     HAIRER_LUBICH_WANNER_2006, HAIRER_NORSETT_WANNER, HAIRER_WANNER_1996, HAIRER_WANNER_1999,
     ITOH_ABE, KAHAN_LI, KETCHESON, KOBUS, KUTTA, RANOCHA, SUZUKI, VERLET, VERNER, YOSHIDA,
 };
-use super::{Cost, EXACT, Needs, Row};
+use super::{Cost, Needs, Order, Row};
 use crate::explicit_dop853::ExplicitDop853;
 use crate::increment::Increments;
 use crate::moddg::steps::Degree::{Fourth, Third};
@@ -27,7 +27,7 @@ use afterbay_core::solver::FixedPoint;
 pub static REFERENCE: Row = Row {
     name: "reference",
     about: "DOP853 with small steps",
-    local_order: [8; 3],
+    local_order: Order::each([8; 3]),
     keeps_k: false,
     passive: false,
     a_stable: false,
@@ -45,7 +45,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "leapfrog",
         about: "the paper's pqpLF/SV: Störmer-Verlet with a reservoir",
-        local_order: [2, 2, 2],
+        local_order: Order::each([2, 2, 2]),
         keeps_k: false,
         passive: true,
         a_stable: false,
@@ -58,7 +58,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "rk4",
         about: "the paper's eRK4: classical Runge-Kutta on (q, p, w)",
-        local_order: [4, 4, 4],
+        local_order: Order::each([4, 4, 4]),
         keeps_k: false,
         passive: true,
         a_stable: false,
@@ -71,7 +71,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "relaxed-rk4",
         about: "classical Runge-Kutta, relaxed to keep K",
-        local_order: [4; 3],
+        local_order: Order::each([4; 3]),
         keeps_k: true,
         passive: true,
         a_stable: false,
@@ -84,7 +84,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "relaxed-dop853",
         about: "DOP853, relaxed to keep K",
-        local_order: [8; 3],
+        local_order: Order::each([8; 3]),
         keeps_k: true,
         passive: false,
         a_stable: false,
@@ -97,7 +97,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "relaxed-verner98",
         about: "Verner's method of order 9, relaxed to keep K",
-        local_order: [9; 3],
+        local_order: Order::each([9; 3]),
         keeps_k: true,
         passive: false,
         a_stable: false,
@@ -134,7 +134,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "gonzalez",
         about: "the midpoint discrete gradient, solved to rounding",
-        local_order: [2, 2, 2],
+        local_order: Order::each([2, 2, 2]),
         keeps_k: true,
         passive: true,
         a_stable: true,
@@ -147,7 +147,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "implicit-midpoint",
         about: "the Gauss method of one stage, solved to rounding",
-        local_order: [2; 3],
+        local_order: Order::each([2; 3]),
         keeps_k: false,
         passive: true,
         a_stable: true,
@@ -160,7 +160,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "locally-exact",
         about: "matrix δ: exact where the system is linear, solved to rounding",
-        local_order: [2; 3],
+        local_order: Order::each([2; 3]),
         keeps_k: true,
         passive: true,
         a_stable: true,
@@ -173,7 +173,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "linear-exact",
         about: "the exact flow",
-        local_order: [EXACT; 3],
+        local_order: [Order::Exact; 3],
         keeps_k: true,
         passive: true,
         a_stable: true,
@@ -194,7 +194,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "moddg",
         about: "the paper's modified discrete gradient, solved to rounding",
-        local_order: [2, 2, 2],
+        local_order: Order::each([2, 2, 2]),
         keeps_k: true,
         passive: true,
         a_stable: true,
@@ -207,7 +207,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "moddg-fixed-point",
         about: "moddg solved by fixed-point iteration, as the paper does",
-        local_order: [2, 2, 2],
+        local_order: Order::each([2, 2, 2]),
         keeps_k: true,
         passive: true,
         a_stable: false,
@@ -281,7 +281,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "adaptive-collocation",
         about: "Gauss collocation of order 8 or 16, its steps and K by the tolerance",
-        local_order: [8; 3],
+        local_order: Order::each([8; 3]),
         keeps_k: true,
         passive: true,
         a_stable: true,
@@ -320,7 +320,7 @@ pub static METHODS: &[Row] = &[
     Row {
         name: "adaptive-radau",
         about: "Radau IIA of order 5, 9 or 13, its steps and K by the tolerance",
-        local_order: [5; 3],
+        local_order: Order::each([5; 3]),
         keeps_k: true,
         passive: true,
         a_stable: true,

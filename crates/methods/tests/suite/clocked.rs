@@ -4,7 +4,7 @@
 use crate::bind::after;
 use crate::motors::{A, B, C, MASSES, Model, Scene, Shaker, is_relaxed};
 use afterbay_core::{Abilities, Clocked, Grid};
-use afterbay_methods::registry::{Row, bind, find};
+use afterbay_methods::registry::{Order, Row, bind, find};
 use afterbay_systems::VanDerPol;
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ fn orders_for_mathieus_equation() {
 #[test]
 fn orders_of_two_degrees_of_freedom() {
     // The relaxed methods of orders 8 and 9 do not show them at these steps, for the same reason.
-    let shows = |row: &Row| !is_relaxed(row) || row.order() == 4;
+    let shows = |row: &Row| !is_relaxed(row) || row.order() == Order::Of(4);
     assert_eq!(alone(Model::Breathing).check_orders(&shows), 22);
 }
 

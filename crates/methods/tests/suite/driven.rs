@@ -1,7 +1,7 @@
 //! Every method on driven systems: the orders of q, p, w and s, and K, in 31 digits.
 
 use crate::motors::{Model, Scene, Shaker, is_relaxed};
-use afterbay_methods::registry::{Needs, Row};
+use afterbay_methods::registry::{Needs, Order, Row};
 
 /// F_j = a_j cos(ω_j t) (1 + q_j²/4) on these particles.
 fn shaken(model: Model, driven: &'static [usize]) -> Scene {
@@ -13,7 +13,7 @@ fn shaken(model: Model, driven: &'static [usize]) -> Scene {
 /// The lag of a relaxed step is one order smaller than its error. It hides the order of
 /// `relaxed-verner98` at all steps that are long enough for errors above 31 digits.
 fn shows(row: &Row) -> bool {
-    row.order() != 9
+    row.order() != Order::Of(9)
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::catalog::{As, Built, chain, duffing, oscillator, pendulum, van_der_po
 use crate::many::{exact_end, start};
 use crate::slope::slope;
 use afterbay_core::{Abilities, Grid, Quad, Scalar, State};
-use afterbay_methods::registry::{EXACT, FIXED, Needs, Row, Run};
+use afterbay_methods::registry::{FIXED, Needs, Order, Row, Run};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -44,16 +44,16 @@ fn counts(order: u32) -> [u64; 5] {
 /// roundings of K decide γ.
 fn finer(row: &Row) -> u64 {
     match row.needs {
-        Needs::Any if row.keeps_k && row.order() >= 8 => 6,
+        Needs::Any if row.keeps_k && row.order() >= Order::Of(8) => 6,
         Needs::Any => 8,
-        _ if !row.poles().is_empty() || row.order() == 1 => 8,
+        _ if !row.poles().is_empty() || row.order() == Order::Of(1) => 8,
         _ => 1,
     }
 }
 
 /// The global orders that follow from the local ones: the errors of q and p affect each other and
 /// w, but the error of w affects neither.
-fn orders(row: &Row) -> [u32; 3] {
+fn orders(row: &Row) -> [Order; 3] {
     let [q, p, w] = row.local_order;
     [q.min(p), q.min(p), q.min(p).min(w)]
 }
@@ -107,8 +107,8 @@ impl Problem {
     /// A line of the table, and the errors found in it.
     fn line(&self, row: &Row) -> (String, Vec<String>) {
         let run = self.listed.bind(row, self.form).unwrap();
-        let exact = row.order() == EXACT;
-        let counts = counts(row.order()).map(|count| count * self.finer * finer(row));
+        let counts = counts(row.order().number().unwrap_or(u32::MAX))
+            .map(|count| count * self.finer * finer(row));
         let runs = counts.map(|count| self.run(&run, count));
         let drift = runs.iter().fold(0.0, |most: f64, run| most.max(run.1));
         let (mut line, mut wrong) = (format!("{:24} {:10}", row.name, self.name), Vec::new());
@@ -116,13 +116,13 @@ impl Problem {
             let errors = runs.map(|(errors, _)| errors[part]);
             let (least, most) =
                 errors.iter().fold((f64::MAX, 0.0_f64), |(a, b), &e| (a.min(e), b.max(e)));
-            if exact {
-                line += &format!(" {:>14}", "exact");
+            let Some(order) = order.number() else {
+                line += &format!(" {:>14}", order.to_string());
                 if most > KEPT {
                     wrong.push(format!("{} {variable}: off by {most:e}", row.name));
                 }
                 continue;
-            }
+            };
             let (found, interval) = fit(&counts.map(|count| self.end / count as f64), &errors);
             line += &format!(" {found:6.3} ± {interval:.3}");
             let within = (found - f64::from(order)).abs() < TOLERANCE;
@@ -161,7 +161,7 @@ fn fit(steps: &[f64; 5], errors: &[f64; 5]) -> (f64, f64) {
 /// on steps whose errors are below 31 digits; `relaxed.rs` measures its order on a ring.
 fn problems(row: &Row) -> &'static [usize] {
     match row.needs {
-        _ if row.order() == 9 => &[1],
+        _ if row.order() == Order::Of(9) => &[1],
         Needs::Any | Needs::Curvature | Needs::SeparableOrPlanes => &[0, 1],
         Needs::Separable => &[0],
         Needs::OneDegree => &[2, 3],

@@ -5,7 +5,7 @@ use crate::many::InSeries;
 use crate::slope::slope;
 use afterbay_core::taylor::{Expansion, trajectory};
 use afterbay_core::{Grid, InputError, Quad, Scalar, State, StateRef};
-use afterbay_methods::registry::{FIXED, Needs, Row, Run, find};
+use afterbay_methods::registry::{FIXED, Needs, Order, Row, Run, find};
 use std::ops::ControlFlow;
 
 /// The largest difference between a slope and the order.
@@ -69,11 +69,8 @@ fn slopes(steps: &[f64], errors: &[[f64; 3]]) -> [f64; 3] {
 fn assert_orders(row: &Row, found: [f64; 3]) {
     println!("{:26} {found:.3?}", row.name);
     for (found, order) in found.into_iter().zip(row.local_order) {
-        assert!(
-            (found - f64::from(order)).abs() < TOLERANCE,
-            "{}: {found:.3}, not {order}",
-            row.name
-        );
+        let number = f64::from(order.number().expect("not exact"));
+        assert!((found - number).abs() < TOLERANCE, "{}: {found:.3}, not {order}", row.name);
     }
 }
 
@@ -81,7 +78,7 @@ fn assert_orders(row: &Row, found: [f64; 3]) {
 /// (increment.rs). Beyond order 4 the errors of these steps are below rounding (collocation.rs uses
 /// longer ones).
 fn rows() -> impl Iterator<Item = &'static Row> {
-    FIXED.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= 4)
+    FIXED.iter().filter(|row| !row.name.starts_with("increment") && row.order() <= Order::Of(4))
 }
 
 /// Binds a system, except a linear one to a method that is exact on it (locally_exact.rs).

@@ -6,7 +6,7 @@ use super::{Candidate, Wanted};
 use crate::progress::Piece;
 use crate::study::kept::KEPT;
 use afterbay_core::IntegrateError;
-use afterbay_methods::registry::{EXACT, Row};
+use afterbay_methods::registry::Row;
 use cpu_time::ThreadTime;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -216,7 +216,7 @@ impl<'a> Search<'a> {
     /// the reason why no number of steps was found.
     fn bracket(&mut self, row: &'static Row) -> Result<Result<Bracket, Reached>, IntegrateError> {
         let bound = self.wanted().error;
-        let order = if row.order() == EXACT { 1.0 } else { f64::from(row.order()) };
+        let order = row.order().number().map_or(1.0, f64::from);
         let size = self.bench.dense.size();
         let (mut steps, mut too_few, mut nearest, mut idle) = (1_u64, 0, None::<Trial>, 0);
         loop {

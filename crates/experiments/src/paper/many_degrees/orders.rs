@@ -54,8 +54,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
         sheet.data(&data, &found)?;
         judge(sheet, name, &found);
         let cells = |name: &&str| {
-            let claimed = registry::find(name).map_or(0, registry::Row::order);
-            let mut cells = vec![name.to_string(), claimed.to_string()];
+            let claimed = registry::find(name).map(|row| row.order().to_string());
+            let mut cells = vec![name.to_string(), claimed.unwrap_or_default()];
             cells.extend(VARIABLES.map(|variable| decimal(order(&found, name, variable))));
             cells
         };
@@ -120,10 +120,14 @@ fn judge(sheet: &mut Sheet, name: &str, rows: &[GlobalRow]) {
         let of = |better: fn(f64, f64) -> f64| {
             found.into_iter().reduce(|a, b| Some(better(a?, b?))).flatten()
         };
-        r.and(method, "claimed", registry::find(method).map(|row| f64::from(row.order())))
-            .and(method, "least", of(f64::min))
-            .and(method, "largest", of(f64::max))
-            .and(method, "last two apart", unsettled(rows, method))
+        r.and(
+            method,
+            "claimed",
+            registry::find(method).and_then(|row| row.order().number()).map(f64::from),
+        )
+        .and(method, "least", of(f64::min))
+        .and(method, "largest", of(f64::max))
+        .and(method, "last two apart", unsettled(rows, method))
     });
     sheet.find(&format!("orders on {name}"), readings, as_claimed);
 }
