@@ -28,6 +28,7 @@ pub use interval::Interval;
 pub use larger::larger_or_nan;
 pub use line::Line;
 pub use qd::Quad;
+pub(crate) use scalar::first_not_finite;
 pub use scalar::{Mask, Scalar};
 pub use series::Series;
 pub use slope::{Ends, Slope};

@@ -33,9 +33,9 @@
 //! R satisfies D̄ = D(z̄, v = 0) + R ∇̄H_p, and its symmetric part is positive semidefinite where
 //! the system is passive (`slopes.rs`). R is the matrix itself if D is linear in v, a diagonal
 //! matrix of secants if each reservoir is passive by itself, and otherwise a multiple of 1 plus a
-//! skew part. E is ∂D/∂q at fixed v if the system is linear, else 0. Then D̂ = R v, and the steps are passive
-//! where the system is, in each degree of freedom or in the sum, because the quadrature weights are
-//! positive. Friction must be computed from the velocity v, as
+//! skew part. E is ∂D/∂q at fixed v if the system is linear, else 0. Then D̂ = R v, and the steps
+//! are passive where the system is, in each degree of freedom or in the sum, because the quadrature
+//! weights are positive. Friction must be computed from the velocity v, as
 //! [`afterbay_core::System::dissipation`] requires. Friction computed from p has R = 0; K and order
 //! 2 are retained, but the step is neither passive nor exact on linear systems.
 //!

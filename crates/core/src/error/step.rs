@@ -1,6 +1,6 @@
 //! Steps that cannot be taken.
 
-use crate::numbers::{Mask, Scalar};
+use crate::numbers::{Scalar, first_not_finite};
 use crate::quantity::Quantity;
 use thiserror::Error;
 
@@ -17,14 +17,14 @@ pub enum StepFailure {
         /// The value it would have.
         value: f64,
     },
-    /// A velocity or a force has no finite value at the state from which the step begins.
+    /// H, a velocity or a force has no finite value at the state from which the step begins.
     #[error(
         "{} = {value:?} where the step begins: check the parameters and the masses, or begin where \
          H and D have values",
         quantity.of(*dof)
     )]
     Undefined {
-        /// ∂H/∂q, ∂H/∂p or D
+        /// H, ∂H/∂q, ∂H/∂p or D
         quantity: Quantity,
         /// The degree of freedom, from 0.
         dof: usize,
@@ -124,8 +124,9 @@ pub enum StepFailure {
     },
     /// The error control shortens the steps to roundings of t, or below the least step allowed.
     #[error(
-        "the step shrinks to {h:e}, a rounding of t or below the least step allowed: allow a larger \
-         error, or end before a singularity or a point where H or D has no value"
+        "the step shrinks to {h:e}, a rounding of t or below the least step allowed: allow a \
+         larger error, or end before a singularity, a jump of a force, or a point where H or D has \
+         no value"
     )]
     Vanishes {
         /// The step.
@@ -276,8 +277,8 @@ impl StepFailure {
     #[cold]
     pub fn non_finite<T: Scalar>(parts: &[(Quantity, &[T])]) -> Self {
         for &(quantity, part) in parts {
-            if let Some(dof) = part.iter().position(|x| !x.is_finite().all()) {
-                return Self::NonFinite { quantity, dof, value: part[dof].to_f64() };
+            if let Some((dof, value)) = first_not_finite(part) {
+                return Self::NonFinite { quantity, dof, value };
             }
         }
         Self::NonFinite { quantity: Quantity::Force, dof: 0, value: f64::NAN }

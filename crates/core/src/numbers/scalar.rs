@@ -224,6 +224,13 @@ pub trait Scalar:
     }
 }
 
+/// The index of the first entry that is not finite, and its value in the first lane that is not.
+#[cold]
+pub(crate) fn first_not_finite<T: Scalar>(part: &[T]) -> Option<(usize, f64)> {
+    let value = |x: &T| (0..T::LANES).map(|lane| x.lane(lane)).find(|x| !x.is_finite());
+    part.iter().enumerate().find_map(|(i, x)| Some((i, value(x)?)))
+}
+
 impl Scalar for f64 {
     type Mask = bool;
     const EPSILON: f64 = f64::EPSILON / 2.0;

@@ -187,6 +187,9 @@ struct Run<'a, V: Vector, S: ?Sized, M: ?Sized, W> {
     tolerance: Tolerance,
     end: V::Scalar,
     controller: Controller,
+    /// The usual first step times the square of a rounding: shorter ones lead nowhere. Near t = 0
+    /// steps can become much shorter than a rounding of anything else.
+    shortest: f64,
     /// The number of steps of a few roundings of t up to here, in a row.
     at_standstill: u32,
     statistics: Statistics,
@@ -215,9 +218,12 @@ where
             return Err(backwards(state.t, end));
         }
         let workspace = method.workspace(system, tolerance, span)?;
-        let h = control.initial.unwrap_or_else(|| first(system, state, tolerance)).min(span);
-        let statistics = Statistics::default();
-        let tolerance = *tolerance;
+        let natural = first(system, state, tolerance);
+        let h = control.initial.unwrap_or(natural).min(span);
+        // At rest the first step is not known.
+        let natural = if natural < f64::MAX { natural.min(span) } else { 0.0 };
+        let shortest = natural * V::Scalar::EPSILON * V::Scalar::EPSILON;
+        let (statistics, tolerance) = (Statistics::default(), *tolerance);
         Ok(Self {
             method,
             system,
@@ -225,6 +231,7 @@ where
             tolerance,
             end,
             controller: Controller::new(h, control),
+            shortest,
             at_standstill: 0,
             statistics,
         })
@@ -279,7 +286,9 @@ where
             let h = if last { h } else { between_times(state.t, h) };
             let short = self.controller.h < self.controller.least();
             let stands = self.at_standstill > MOST_AT_STANDSTILL;
-            if state.t + h == state.t || stands || (short && !last) {
+            let vanishes =
+                state.t + h == state.t || h.to_f64() < self.shortest.max(f64::MIN_POSITIVE);
+            if vanishes || stands || (short && !last) {
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
             }
             let wanted = self.controller;

@@ -1,13 +1,13 @@
 //! Steps that fail because the system has no values where they begin.
 
 use crate::error::StepFailure;
-use crate::numbers::{Mask, Scalar, Vector};
+use crate::numbers::{Vector, first_not_finite};
 use crate::quantity::Quantity;
 use crate::system::{State, System};
 
-/// `failure`, or [`StepFailure::Undefined`] if a velocity or a force is NaN at the state from which
-/// the step begins, or is not finite at the first state of a run. Later in a run a velocity or a
-/// force may overflow because the motion grows.
+/// `failure`, or [`StepFailure::Undefined`] if H, a velocity or a force is NaN at the state from
+/// which the step begins, or is not finite at the first state of a run. Later in a run they may
+/// overflow because the motion grows.
 ///
 /// Inlined, it would slow down the time loop.
 #[cold]
@@ -26,14 +26,18 @@ where
     let (q, p) = (state.q.as_slice(), state.p.as_slice());
     system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
     system.dissipation(q, p, hp.as_slice(), d.as_mut_slice());
-    let parts = [(Quantity::Slope, hq), (Quantity::Velocity, hp), (Quantity::Dissipation, d)];
+    let energy = [system.energy(q, p)];
+    let parts = [
+        (Quantity::Slope, hq.as_slice()),
+        (Quantity::Velocity, hp.as_slice()),
+        (Quantity::Dissipation, d.as_slice()),
+        (Quantity::Energy, &energy),
+    ];
     for (quantity, part) in parts {
-        let part = part.as_slice();
-        if let Some(dof) = part.iter().position(|x| !x.is_finite().all()) {
-            let value = part[dof].to_f64();
-            if value.is_nan() || is_first {
-                return StepFailure::Undefined { quantity, dof, value };
-            }
+        if let Some((dof, value)) = first_not_finite(part)
+            && (value.is_nan() || is_first)
+        {
+            return StepFailure::Undefined { quantity, dof, value };
         }
     }
     failure

@@ -15,6 +15,11 @@ use std::sync::Arc;
 ///
 /// [`FromFormulas`] makes a system of them: gradients, divided differences, second derivatives and
 /// the derivatives of D come from the formulas by slope arithmetic ([`Slope`]).
+///
+/// A scalar may stand for two points at once, the ends of an edge. So choose between two
+/// expressions by [`Scalar::select`], not by `if` on [`Scalar::to_f64`], which sees one end alone:
+/// divided differences across the border are wrong then, and K is not kept.
+/// [`validate::separable`](crate::validate::separable) finds this near the border.
 pub trait Formulas: Send + Sync {
     /// N, the number of degrees of freedom.
     fn dof(&self) -> usize;
@@ -43,7 +48,8 @@ pub trait Formulas: Send + Sync {
 
     /// Whether V may be singular where q is finite. If true, each step is examined by V in
     /// intervals, and refused across a singularity. Return `false` for a V without singularities to
-    /// save this time.
+    /// save this time. Return it, too, if V has a root whose argument stays at 0 within its
+    /// roundings, as that of spheres that just touch: in intervals it looks like a singularity.
     fn may_be_singular(&self) -> bool {
         true
     }

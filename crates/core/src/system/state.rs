@@ -3,7 +3,7 @@
 use super::hamiltonian::System;
 use super::state_ref::StateRef;
 use crate::error::InputError;
-use crate::numbers::{Mask, Scalar, Vector};
+use crate::numbers::{Mask, Scalar, Vector, first_not_finite};
 use crate::quantity::Quantity;
 use std::hint::cold_path;
 
@@ -59,12 +59,8 @@ impl<V: Vector> State<V> {
             if part.len() != dof {
                 return Err(InputError::Length { quantity, expected: dof, found: part.len() });
             }
-            if let Some(index) = part.iter().position(|x| !x.is_finite().all()) {
-                return Err(InputError::NotFinite {
-                    quantity,
-                    dof: index,
-                    value: part[index].to_f64(),
-                });
+            if let Some((dof, value)) = first_not_finite(part) {
+                return Err(InputError::NotFinite { quantity, dof, value });
             }
         }
         Ok(())

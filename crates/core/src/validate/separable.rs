@@ -9,6 +9,8 @@ use crate::numbers::divided::by_quadrature;
 use crate::quantity::{Block, Quantity};
 use crate::system::{Separable, masses};
 
+const OF_INCREMENTS: &str = "divided_difference() times the length must be V(to) - V(from)";
+
 /// Validates by [`system()`], and compares the parts of a separable system with its gradient and
 /// dissipation: the masses, ∂V/∂q_j, divided differences with the increments of V on edges of all
 /// lengths down to 0, D_j and, if D is linear, ∂D_j/∂p_j. D_j may depend on no momentum but p_j,
@@ -29,9 +31,11 @@ pub fn separable(s: &dyn Separable<f64>, q: &[f64], p: &[f64]) -> Result<(), Inp
     }
     let rule = "D_j of a separable system depends on no other momentum, unless dissipation_form() \
         says it is coupled";
+    let free = q.len() - s.motors();
+    let apart = |i: usize, j: usize| i != j && j < free;
     starts(&places)
         .iter()
-        .try_for_each(|Place { q, p, .. }| unmoved(s, q, p, &|i, j| i != j, &[Block::Dp], rule))
+        .try_for_each(|Place { q, p, .. }| unmoved(s, q, p, &apart, &[Block::Dp], rule))
 }
 
 /// ∂V/∂q_j, m_j and D_j against the gradient and the dissipation, at every place.
@@ -59,12 +63,13 @@ fn parts(
         let partial = s.partial(&moved(q, dof, start[dof]), dof, q[dof]);
         let rule = "partial() must be ∂H/∂q of the gradient at the point moved to";
         same(Quantity::Partial, partial, hq, partial - hq, rounding * steepest, rule)?;
-        // A motor has the velocity 1, whatever its momentum.
-        if dof < start.len() - s.motors() {
-            let (mass, size) = (s.mass(dof), rounding * p[dof].abs());
-            let rule = "mass() must be p over ∂H/∂p";
-            same(Quantity::Mass, mass, p[dof] / hp, mass * hp - p[dof], size, rule)?;
+        // A motor has the velocity 1, whatever its momentum, and no friction.
+        if dof >= start.len() - s.motors() {
+            continue;
         }
+        let (mass, size) = (s.mass(dof), rounding * p[dof].abs());
+        let rule = "mass() must be p over ∂H/∂p";
+        same(Quantity::Mass, mass, p[dof] / hp, mass * hp - p[dof], size, rule)?;
         let drag = s.dissipation_of(q, p, dof);
         let rule = "dissipation_of() must give the D of dissipation()";
         same(Quantity::Dissipation, drag.value, d, drag.value - d, rounding * strongest, rule)?;
@@ -100,10 +105,16 @@ fn increments(s: &dyn Separable<f64>, q: &[f64], dof: usize) -> Result<(), Input
     let edges = compare(from, reach(q), rounding, &sample, &|_, to, _| {
         s.divided_difference(q, dof, to).value
     })
-    .map_err(|found| {
-        let rule = "divided_difference() times the length must be V(to) - V(from)";
-        InputError::Contradiction { quantity, dof, given: found.given, found: found.found, rule }
+    .map_err(|found| InputError::Contradiction {
+        quantity,
+        dof,
+        given: found.given,
+        found: found.found,
+        rule: OF_INCREMENTS,
     })?;
+    if s.has_exact_divided_differences() {
+        exact_increments(s, q, dof, &sample)?;
+    }
     let sensitivity = sensitivity(s, q, dof);
     for Resolved { width, steepest } in edges {
         let size = steepest * (1.0 + from.abs() / width.abs()) + sensitivity;
@@ -116,6 +127,32 @@ fn increments(s: &dyn Separable<f64>, q: &[f64], dof: usize) -> Result<(), Input
             }
             let rule = "divided_difference() must be the mean of partial() on short edges too, and \
                 partial() itself on none";
+            return Err(InputError::Contradiction { quantity, dof, given, found, rule });
+        }
+    }
+    Ok(())
+}
+
+/// Divided differences that are claimed to be exact against the increments of V, also across kinks,
+/// where no quadrature resolves the slope.
+fn exact_increments(
+    s: &dyn Separable<f64>,
+    q: &[f64],
+    dof: usize,
+    sample: &dyn Fn(f64) -> Sample,
+) -> Result<(), InputError> {
+    let (from, start, rounding) = (q[dof], sample(q[dof]), rounding(q.len()));
+    for k in 0..12 {
+        let length = reach(q) * 0.5_f64.powi(k / 2);
+        let to = if k % 2 == 0 { from + length } else { from - length };
+        let end = sample(to);
+        let given = s.divided_difference(q, dof, to).value * (to - from);
+        let found = end.value[0] - start.value[0];
+        let slack = rounding * (start.size[0] + end.size[0]);
+        let singular = s.is_singular_along(q, dof, to) || !(found + slack).is_finite();
+        // NaN counts as a difference.
+        if !(singular || (given - found).abs() <= slack) {
+            let (quantity, rule) = (Quantity::Increment, OF_INCREMENTS);
             return Err(InputError::Contradiction { quantity, dof, given, found, rule });
         }
     }

@@ -9,7 +9,8 @@ use crate::quantity::Quantity;
 use crate::system::System;
 
 /// Validates a system at and around (q, p): compares the gradient with the energy, and tests that
-/// every entry of ∂H/∂q, ∂H/∂p and D is written, and the claims of [`System::unit_mass`], [`System::dissipation_form`] and [`System::coupling`].
+/// every entry of ∂H/∂q, ∂H/∂p and D is written, and the claims of [`System::unit_mass`],
+/// [`System::dissipation_form`] and [`System::coupling`].
 ///
 /// # Errors
 /// [`InputError::Length`] if the length of q or p is not [`System::dof`], [`InputError::NotFinite`]

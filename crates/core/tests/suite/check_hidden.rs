@@ -2,8 +2,8 @@
 
 use crate::caught::*;
 use afterbay_core::{
-    Block, Coupling, Curvature, Dissipation, InputError, Quantity, Scalar, Separable, System,
-    Uniform, validate,
+    Block, Coupling, Curvature, Dissipation, Formulas, FromFormulas, InputError, Quantity, Scalar,
+    Separable, System, Uniform, validate,
 };
 
 /// H = Σ (p_j² + q_j²)/2 and D_j = 0.3 p_j for four, and a product that vanishes at rest with
@@ -201,5 +201,38 @@ fn entries_that_are_not_written_are_found() {
         ("dissipation", Quantity::Dissipation, 0),
     ] {
         assert_caught(found(lie), quantity, dof, "must write every entry");
+    }
+}
+
+/// V = q²/2 for q < 0 and q² + 2 q elsewhere, chosen by `if`, which sees one end of an edge, or by
+/// `select`.
+struct Chosen {
+    by_if: bool,
+}
+
+impl Formulas for Chosen {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        let (q, left) = (q[0], (q[0] * q[0]).half());
+        let right = q * q + q + q;
+        match self.by_if {
+            true if q.to_f64() < 0.0 => left,
+            true => right,
+            false => T::select(q.lt(T::zero()), left, right),
+        }
+    }
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], _j: usize) -> T {
+        v[0].over(10.0)
+    }
+}
+
+#[test]
+fn a_choice_that_sees_one_end_of_an_edge_is_found() {
+    for q in [0.5, 0.1, -0.01, -0.5] {
+        let found = |by_if| validate::separable(&FromFormulas(Chosen { by_if }), &[q], &[0.3]);
+        assert_caught(found(true), Quantity::Increment, 0, "divided_difference()");
+        assert_eq!(found(false), Ok(()), "{q}");
     }
 }

@@ -324,7 +324,8 @@ fn a_pole_is_no_zero() {
     }
 }
 
-/// Steps of 1/100 end at every zero up to the roundings of t, of q = t + 1000.1 and of the function.
+/// Steps of 1/100 end at every zero up to the roundings of t, of q = t + 1000.1 and of the
+/// function.
 #[test]
 fn zeros_within_roundings_of_the_ends_of_steps_are_found() {
     let of_time: Function = |state| (TAU * state.t).sin();

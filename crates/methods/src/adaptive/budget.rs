@@ -6,9 +6,9 @@ use std::array::from_fn;
 
 /// The error allowed for a step relative to its share of the error of the run. With the default
 /// [`target_error`](afterbay_core::StepControl::target_error) of 0.2 steps aim at a fifth of the
-/// allowed error, that is, at their share. The value is calibrated, not derived: where errors have one sign and
-/// are not damped, as on an oscillator without friction, the error at the end then equals the
-/// tolerance, and over the test set it is nowhere above ten times the tolerance
+/// allowed error, that is, at their share. The value is calibrated, not derived: where errors have
+/// one sign and are not damped, as on an oscillator without friction, the error at the end then
+/// equals the tolerance, and over the test set it is nowhere above ten times the tolerance
 /// (`adaptive_accuracy` in the tests prints both).
 pub(crate) const SHARES: f64 = 5.0;
 /// Roundings of q, p and w that are allowed for any step.

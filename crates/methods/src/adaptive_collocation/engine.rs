@@ -71,6 +71,8 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     pub(super) rates: Rates<V>,
     /// The geometric mean of the contraction factors of the last step's sweeps.
     pub(super) contraction: f64,
+    /// The changes of q and p at the nodes in the last sweep.
+    pub(super) moved: [f64; 2],
     sides: Sides,
     pub(super) budget: Budget,
     /// The solver that iterates to rounding, allocated when it is first needed.
@@ -102,6 +104,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             inverse_mass: 0.0,
             rates: Rates::new(n),
             contraction: 0.0,
+            moved: [0.0; 2],
             sides: Sides::default(),
             budget: Budget::new(tolerance, span, n - system.motors()),
             spare: None,
@@ -313,6 +316,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         loop {
             sweeps += 1;
             let moved = self.trial.sweep(system, &self.gauss, h, state);
+            self.moved = [moved[0], moved[1]];
             let [q, p, w] = [moved[0] * inverse[0], moved[1] * inverse[1], moved[2] * inverse[2]];
             let change = largest_if_finite([q, p, w]);
             if !change.is_finite() {

@@ -4,19 +4,46 @@
 //! Collocation leaves a defect `d = c P_K + ..`, where P_K is the polynomial that vanishes at the
 //! nodes. The error at the end of the step is `h ∫ Φ(1, τ) d(τ) dτ = h c κ`, where κ is the K-th
 //! coefficient of the flow Φ of the linearised system; lower coefficients are orthogonal to P_K. At
-//! the ends |P_K| = √(2K+1), which determines c. Φ is as smooth as the solution, in which case κ is
-//! c divided by the slope; but Φ also contains oscillations that are absent from the solution.
+//! the ends |P_K| = √(2K+1), which determines c. κ is the largest of three:
+//!
+//! - Φ is as smooth as the solution: c divided by the slope.
+//! - Φ also contains oscillations that are absent from the solution.
+//! - A part of the force that is small beside the others may change within the step, as a friction
+//!   where the velocity passes 0. Its coefficients decrease slowly, and so do those of Φ: they are
+//!   taken to decrease alike.
+//!
+//! The last counts where c exceeds what roundings, and the change in the last sweep, may cause. It
+//! does not count while steps are longer than a time of the system, whose fast components are not
+//! resolved and need not be.
 
 use super::engine::Engine;
 use super::stages::weighted;
+use crate::adaptive::largest;
 use crate::kernels::reductions::largest_if_finite;
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 use std::array::from_fn;
 
-/// A defect relative to the size of the slope.
-#[inline(always)]
-pub(super) fn share([miss, size]: [f64; 2]) -> f64 {
-    if miss > 0.0 { (miss / size).min(1.0) } else { 0.0 }
+/// A defect that this many roundings of the slope, of q and of p may cause counts as noise. A
+/// choice.
+const NOISE_ROUNDINGS: f64 = 16.0;
+
+/// The defect of a slope in all degrees of freedom.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Defect {
+    /// The largest defect.
+    pub(super) largest: f64,
+    /// The size of the slope.
+    size: f64,
+    /// The largest product of a defect and κ, which follows from the decrease of the coefficients.
+    unresolved: f64,
+}
+
+impl Defect {
+    /// The defect relative to the size of the slope.
+    #[inline(always)]
+    pub(super) fn share(self) -> f64 {
+        if self.largest > 0.0 { (self.largest / self.size).min(1.0) } else { 0.0 }
+    }
 }
 
 impl<V: Vector, const K: usize> Engine<V, K> {
@@ -35,39 +62,54 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         // of the slopes, or the response √(2K+1) j_K(h ω/2) of the fastest oscillation of frequency
         // ω, which need not be excited.
         let fastest = self.gauss.response(0.5 * length * self.fastest);
-        let kernel = if smooth { share(force).max(share(velocity)).max(fastest) } else { 1.0 };
-        let p = length * force[0] * kernel;
+        let kernel = if smooth { force.share().max(velocity.share()).max(fastest) } else { 1.0 };
+        let p = length * (force.largest * kernel).max(force.unresolved);
         // The error of p is also an error of the velocities. Its effect on q grows over the step.
         let by_p = 0.5 * length * self.inverse_mass * p;
-        let q = (length * velocity[0] * kernel).max(by_p);
+        let q = (length * (velocity.largest * kernel).max(velocity.unresolved)).max(by_p);
         let errors = [q / scales[0], p / scales[1]];
-        let w = length * loss[0] * kernel.max(share(loss)) / scales[2];
+        let w = length * (loss.largest * kernel.max(loss.share())).max(loss.unresolved) / scales[2];
         let value = largest_if_finite([errors[0], errors[1], w]);
         if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
     }
 
-    /// The defects of p', q' and w', each with the size of the slope. The defect of q' vanishes if
-    /// the velocities are the momenta.
+    /// The defects of p', q' and w'. That of q' vanishes if the velocities are the momenta.
     #[inline(always)]
-    pub(super) fn defects(&self, n: usize) -> [[f64; 2]; 3] {
+    pub(super) fn defects(&self, n: usize) -> [Defect; 3] {
         let Self { gauss, trial, start, end, unit_mass, .. } = self;
-        // The difference between a slope and its polynomial at both ends, and the size of the
-        // slope.
-        let miss = |x: &[V; K], ends: [&V; 2]| -> [f64; 2] {
-            let (mut most, mut size) = (0.0_f64, 0.0_f64);
+        let rounding = NOISE_ROUNDINGS * V::Scalar::EPSILON;
+        let noise = [
+            rounding.mul_add(largest(&end.q), self.moved[0]),
+            rounding.mul_add(largest(&end.p), self.moved[1]),
+        ];
+        let [of_force, of_velocity] = [self.rates.force(noise), self.inverse_mass * noise[1]];
+        // The difference between a slope and its polynomial at both ends, beside its noise.
+        let miss = |x: &[V; K], ends: [&V; 2], noise: f64| -> Defect {
+            let mut defect = Defect::default();
             for d in 0..n {
                 let at: [V::Scalar; K] = from_fn(|i| x[i].as_slice()[d]);
                 let turned: [V::Scalar; K] = from_fn(|i| at[K - 1 - i]);
                 let last = (ends[1].as_slice()[d] - weighted(&gauss.end, at)).to_f64().abs();
                 let first = (ends[0].as_slice()[d] - weighted(&gauss.end, turned)).to_f64().abs();
-                most = most.max(last).max(first) + 0.0 * (last + first);
-                size = at.iter().fold(size, |size, x| size.max(x.to_f64().abs()));
+                let most = last.max(first) / ((2 * K + 1) as f64).sqrt();
+                let size = at.iter().fold(0.0_f64, |size, x| size.max(x.to_f64().abs()));
+                defect.largest = defect.largest.max(most) + 0.0 * (last + first);
+                defect.size = defect.size.max(size);
+                if !self.stiff.uses_newton && most > rounding.mul_add(size, noise) {
+                    let error = most * gauss.decay(at, most);
+                    defect.unresolved = defect.unresolved.max(error);
+                }
             }
-            [most / ((2 * K + 1) as f64).sqrt(), size]
+            defect
         };
-        let force = miss(&trial.f, [&start.f, &end.f]);
-        let velocity = if *unit_mass { [0.0; 2] } else { miss(&trial.v, [&start.v, &end.v]) };
-        let loss = miss(&trial.loss, [&start.loss, &end.loss]);
+        let force = miss(&trial.f, [&start.f, &end.f], of_force);
+        let velocity = if *unit_mass {
+            Defect::default()
+        } else {
+            miss(&trial.v, [&start.v, &end.v], of_velocity)
+        };
+        let of_loss = of_force * largest(&end.v);
+        let loss = miss(&trial.loss, [&start.loss, &end.loss], of_loss);
         [force, velocity, loss]
     }
 

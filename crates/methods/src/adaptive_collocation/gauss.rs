@@ -81,6 +81,23 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
         (((2 * K + 1) as f64).sqrt() * theta.powi(K as i32) / odd).min(1.0)
     }
 
+    /// κ from the decrease of the coefficients of a slope with these values at the nodes and this
+    /// coefficient of P_K, if those of Φ decrease alike: ρ^(K/2), at most 1.
+    ///
+    /// ρ is the ratio of the last two coefficients to the two before, as roots of their sums of
+    /// squares, or, if larger, of the last one to the larger of the two before it.
+    #[inline(always)]
+    pub(super) fn decay(&self, at: [T; K], last: f64) -> f64 {
+        let [third, second, before]: [f64; 3] = from_fn(|i| {
+            let mode = &self.modes[K - 3 + i];
+            let sum = mode.iter().zip(at).fold(T::zero(), |sum, (&b, x)| b.mul_add(x, sum));
+            (sum * sum).to_f64()
+        });
+        let last = last * last;
+        let ratio = ((last + before) / (second + third)).max(last / before.max(second)).min(1.0);
+        if K == 4 { ratio } else { ratio * ratio }
+    }
+
     /// P_0 .. P_{K-1}, by l, at the nodes of an interval whose length is `ratio` and whose start is
     /// `offset`, in units of this interval.
     #[inline(always)]

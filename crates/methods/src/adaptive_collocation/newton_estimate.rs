@@ -21,7 +21,6 @@
 //! about κ, and proportional to 1/z for large z.
 
 use super::engine::Engine;
-use super::estimate::share;
 use super::stages::weighted;
 use crate::collocation::Response;
 use crate::kernels::reductions::{largest_if_finite, see_size};
@@ -44,7 +43,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         smooth: bool,
     ) -> Result<f64, StepFailure> {
         let [force, velocity, loss] = self.defects(n);
-        let kernel = if smooth { share(force).max(share(velocity)) } else { 1.0 };
+        let kernel = if smooth { force.share().max(velocity.share()) } else { 1.0 };
         let Self { gauss, trial, start, end, h, spare, inverse_mass, .. } = self;
         let (length, epsilon) = (h.to_f64().abs(), V::Scalar::EPSILON);
         let norm = ((2 * K + 1) as f64).sqrt().recip();
@@ -76,7 +75,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let [q, p] = varied.map(|[most, poison]| length * kernel * (most + poison));
         // The error of p is also an error of the velocities. Its effect on q grows over the step.
         let q = q.max(0.5 * length * *inverse_mass * p);
-        let w = power.max(length * loss[0] * kernel.max(share(loss)));
+        let w = power.max(length * loss.largest * kernel.max(loss.share()));
         let [q_end, q_sum, q] = [q_end * part, q_sum, q].map(|q| q / scales[0]);
         let [p_end, p_sum, p] = [p_end * part, p_sum, p].map(|p| p / scales[1]);
         let value = largest_if_finite([q_end, q_sum, q, p_end, p_sum, p, w / scales[2]]);

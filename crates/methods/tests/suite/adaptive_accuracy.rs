@@ -177,7 +177,24 @@ fn a_drag_that_turns_within_a_step_is_seen() {
     let system = described("(q1^2 + q2^2)/2", &[&drag(1), &drag(2)]);
     let (start, end): ([&[f64]; 2], f64) = ([&[1.0, 0.1], &[0.0, 0.01]], 40.0);
     let exact = series(&*system.series(), start, end);
-    line(find("adaptive-radau").unwrap(), &system.curved(), start, end, &exact);
+    for name in ["adaptive-collocation", "adaptive-radau"] {
+        line(find(name).unwrap(), &system.curved(), start, end, &exact);
+    }
+}
+
+/// The slope of the drag changes near v = 0 within a small part of a step. It is small beside the
+/// spring.
+#[test]
+fn a_drag_that_changes_at_low_speed_is_seen() {
+    head();
+    for (potential, start) in
+        [("q1^2/2", [&[1.684], &[-0.153]]), ("cosh(q1)", [&[1.018], &[0.023]])]
+    {
+        let system = described(potential, &["0.2*v1*sqrt(v1^2 + 0.0001)"]);
+        let (start, end): ([&[f64]; 2], f64) = (start.map(|x| &x[..]), 30.0);
+        let exact = series(&*system.series(), start, end);
+        line(find("adaptive-collocation").unwrap(), &system.curved(), start, end, &exact);
+    }
 }
 
 /// The forces of a long chain cancel, and at the tightest tolerance the error allowed of p is below

@@ -282,7 +282,10 @@ impl Curvature<f64> for Misnamed {
 #[test]
 fn a_derivative_by_a_coordinate_that_does_not_exist_is_refused() {
     let system: &Curved<f64> = &Misnamed;
-    let refused = |error: &InputError| matches!(error, InputError::Unsupported { why, .. } if why.contains("does not exist"));
+    let refused = |error: &InputError| match error {
+        InputError::Unsupported { why, .. } => why.contains("does not exist"),
+        _ => false,
+    };
     let method = Collocation::new(2);
     let fixed = Method::<Vec<f64>, _>::workspace(&method, system).map(drop).unwrap_err();
     assert!(refused(&fixed), "{fixed}");
@@ -364,14 +367,18 @@ fn a_run_that_stands_still_ends() {
         let mut state = State::new([1.0], [p]).unwrap();
         let mut watch = |n: u64, _: &State<[f64; 1]>| {
             longest = longest.max(n);
-            if n < 10_000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            if n < 100_000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
         let (method, tolerance) = (AdaptiveCollocation, Tolerance::all(1e-9));
         let system = FromFormulas(Zigzag);
         let done = integrate_within(&method, &system, &tolerance, 10.0, &mut state, &mut watch);
         let Err(IntegrateError::Run(error)) = done else { panic!("p = {p}: {done:?} {state:?}") };
-        assert!(matches!(error.failure, StepFailure::Vanishes { .. }), "p = {p}: {error}");
-        assert!((state.q[0] - std::f64::consts::PI).abs() < 1e-5, "p = {p}: {state:?}");
+        // Where V is not known to rounding, neither is its gradient.
+        let (failure, pi) = (error.failure, std::f64::consts::PI);
+        let named =
+            matches!(failure, StepFailure::Vanishes { .. } | StepFailure::NotGradient { .. });
+        assert!(named, "p = {p}: {error}");
+        assert!((state.q[0] - pi).abs() < 1e-3, "p = {p}: {state:?}");
     }
     assert!(longest > 1000, "no run stands still: at most {longest} steps");
 }

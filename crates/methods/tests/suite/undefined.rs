@@ -2,10 +2,10 @@
 
 use afterbay_core::{
     DissipationForm, Formulas, FromFormulas, Grid, InputError, IntegrateError, RunError, Scalar,
-    State, StateRef, StepFailure, Tolerance, integrate, integrate_within,
+    State, StateRef, StepFailure, System, Tolerance, f64x8, integrate, integrate_within,
 };
 use afterbay_methods::registry::{METHODS, Setting, bind, find};
-use afterbay_methods::{AdaptiveDop853, Composition, Increment};
+use afterbay_methods::{AdaptiveDop853, Composition, Increment, Relaxed};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -151,4 +151,43 @@ fn a_reservoir_that_begins_empty_does_not_shorten_steps() {
     };
     let [usual, least] = [1e-8, 1e-300].map(steps);
     assert!(least <= 3 * usual, "{least} steps in place of {usual}");
+}
+
+/// H is NaN beyond q = 1, and its gradient is not.
+struct Unmeasured;
+
+impl System<f64> for Unmeasured {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn energy(&self, q: &[f64], p: &[f64]) -> f64 {
+        p[0] * p[0] / 2.0 + if q[0] > 1.0 { f64::NAN } else { 0.0 }
+    }
+    fn gradient(&self, _q: &[f64], p: &[f64], hq: &mut [f64], hp: &mut [f64]) {
+        (hq[0], hp[0]) = (0.0, p[0]);
+    }
+    fn dissipation(&self, _q: &[f64], _p: &[f64], _v: &[f64], d: &mut [f64]) {
+        d[0] = 0.0;
+    }
+}
+
+#[test]
+fn an_energy_without_a_value_is_named() {
+    let mut state = State::new([2.0], [1.0]).unwrap();
+    let grid = Grid::of(0.1, 10).unwrap();
+    let ended = integrate(&Relaxed::rk4(), &Unmeasured, grid, &mut state, &mut ());
+    let Err(IntegrateError::Run(RunError { step: 1, failure, .. })) = ended else {
+        panic!("{ended:?}")
+    };
+    let said = failure.to_string();
+    assert!(matches!(failure, StepFailure::Undefined { .. }) && said.contains("H = NaN"), "{said}");
+}
+
+/// Of several numbers side by side, the one that is not finite is said.
+#[test]
+fn a_lane_that_is_not_finite_is_said() {
+    let mut lanes = [0.1; 8];
+    lanes[3] = f64::NEG_INFINITY;
+    let refused = State::new([f64x8::new(lanes)], [f64x8::splat(1.0)]).unwrap_err();
+    assert!(refused.to_string().contains("q1 = -inf"), "{refused}");
 }

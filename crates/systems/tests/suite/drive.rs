@@ -47,7 +47,10 @@ fn a_driven_system_is_a_system() {
         let (q, p) = (with([0.6, -0.8], 0.4), with([0.5, 1.1], 0.2));
         assert_eq!(validate::drive(&**driven.drive(), &q[..2], 0.4), Ok(()), "{forces:?}");
         assert_eq!(validate::system(&driven, &q, &p), Ok(()), "{forces:?}");
-        let curved = Arc::new(driven).second_derivatives().unwrap();
+        let driven = Arc::new(driven);
+        let separable = driven.clone().separable().unwrap();
+        assert_eq!(validate::separable(&*separable, &q, &p), Ok(()), "{forces:?}");
+        let curved = driven.second_derivatives().unwrap();
         assert_eq!(validate::curvature(&*curved, &q, &p), Ok(()), "{forces:?}");
     }
 }
