@@ -21,6 +21,9 @@ const ALGEBRAIC: f64 = 4.0;
 /// The rounding of an exponent, relative to it. A motion at rest has the same rate in each
 /// interval, and a standard error of 0.
 const ROUNDING: f64 = 1e-11;
+/// The rounding of an exponent, in roundings of the displacements a step. A choice: those of an
+/// oscillator without friction are off by up to a fiftieth of it.
+const STEP_ROUNDINGS: f64 = 16.0;
 /// The difference of the sum of the reference from the divergence, in units of its largest
 /// exponent, above which it is in doubt. A choice: the divergence is a mean over the steps.
 const DOUBTED: f64 = 0.1;
@@ -84,18 +87,25 @@ fn readings(found: &[Spectrum], has_kinks: bool) -> Readings {
         readings.add(&label, "sum", done.and_then(|row| row.sum));
         readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
         if label == REFERENCE_LABEL && !has_kinks {
-            readings.add(&label, "volumes off", done.and_then(volumes_off));
+            readings.add(&label, "volumes off", done.and_then(|row| volumes_off(row, spectrum.h)));
         }
+        readings.add(&label, "rounding", done.map(|_| rounding(spectrum.h)));
         readings.add(&label, "growth of the motion", done.and(spectrum.growth));
         readings.add(&label, "power of t", done.and(spectrum.power));
     }
     readings
 }
 
-/// The difference of the sum from the divergence, in units of the largest exponent.
-fn volumes_off(row: &LyapunovRow) -> Option<f64> {
+/// The rounding of an exponent that steps h leave.
+fn rounding(h: f64) -> f64 {
+    STEP_ROUNDINGS * f64::EPSILON / h
+}
+
+/// The difference of the sum from the divergence, in units of the largest exponent. If all
+/// exponents are roundings, so is the difference.
+fn volumes_off(row: &LyapunovRow, h: f64) -> Option<f64> {
     let sizes = row.exponents.iter().flatten().map(|exponent| exponent.abs());
-    let largest = sizes.reduce(f64::max)?;
+    let largest = sizes.reduce(f64::max)?.max(rounding(h) / DOUBTED);
     Some((row.sum? - row.mean_divergence?).abs() / largest)
 }
 
@@ -144,7 +154,8 @@ fn what_is_seen(r: &Readings) -> Said {
             "undecided: displacements grow like t^{} from the first to the second half, run longer",
             fixed(power, 1)
         );
-        let kind = match largest / error {
+        let rounding = r.number(label, "rounding");
+        let kind = match largest / error.max(rounding) {
             share if share > DIFFERENT && power <= ALGEBRAIC => &slow,
             share if share > DIFFERENT && power.is_nan() => "undecided",
             // A motion that grows like its displacements, or that rests, is no chaos.
@@ -155,7 +166,7 @@ fn what_is_seen(r: &Readings) -> Said {
             share if share.is_nan() => "undecided",
             _ => "0 within the error",
         };
-        let rounding = ROUNDING * largest.abs();
+        let rounding = rounding.max(ROUNDING * largest.abs());
         let apart = (largest - exact.0).abs() / error.hypot(exact.1).max(rounding);
         let beside = match label {
             REFERENCE_LABEL => "",

@@ -1,4 +1,4 @@
-//! Lyapunov exponents of stiff motions by the reference.
+//! The sentence on Lyapunov exponents, and those of stiff motions by the reference.
 
 use crate::lyapunov::{custom, last, settled};
 use afterbay_analysis::progress::Silent;
@@ -29,4 +29,22 @@ fn a_reference_that_loses_a_mode_is_in_doubt() {
     let statement = &findings[0].statement;
     assert!(statement.contains("it is in doubt, since these differ"), "{statement}");
     assert_eq!(findings[0].verdict, Verdict::Fails);
+}
+
+/// Without friction all exponents are 0, and what is found are roundings of the steps.
+#[test]
+fn exponents_that_are_roundings_are_0() {
+    let text = custom("q1^2/2", "", &[1.0], &[0.0]);
+    let study = "[study.lyapunov]\nmethods = [\"gonzalez\"]\ntime = 20\n";
+    for step in ["0.01", "0.001"] {
+        let text = text.replace("step = 0.1", &format!("step = {step}"));
+        let scene =
+            Scene::read(&format!("{text}{study}")).unwrap_or_else(|error| panic!("{error}"));
+        let (_, findings) = experiment::study(&scene, &Silent).unwrap();
+        let statement = &findings[0].statement;
+        assert_eq!(statement.matches("(0 within the error)").count(), 2, "{statement}");
+        let differs = ["doubt", "not that of the reference"].map(|word| statement.contains(word));
+        assert_eq!(differs, [false; 2], "{statement}");
+        assert_eq!(findings[0].verdict, Verdict::Note);
+    }
 }
