@@ -248,6 +248,22 @@ fn errors_are_within_ten_times_the_tolerance_across_kinks() {
     }
 }
 
+/// The force jumps where q passes 0.7. No step across the jump is within a tight tolerance, since
+/// the roundings of t move the jump by more.
+#[test]
+fn jumps_of_the_force_are_passed_at_any_tolerance() {
+    head();
+    for potential in ["q1^2/2 + 0.2*abs(q1 - 0.7)", "q1^2/2 + 3*max(q1 - 0.5, 0)"] {
+        let system = described(potential, &["0.001*v1"]);
+        let (start, end): ([&[f64]; 2], f64) = ([&[2.0], &[0.0]], 200.0);
+        let row = |name| find(name).unwrap();
+        let (exact, _) = run(row("adaptive-verner98"), &system.curved(), start, end, 1e-13);
+        for name in ["adaptive-dop853", "adaptive-verner98", "adaptive-verner87"] {
+            line(row(name), &system.curved(), start, end, &exact);
+        }
+    }
+}
+
 /// On an oscillator without friction errors are not damped and have one sign: averaged over the
 /// tolerances, the error at the end is the allowed one.
 #[test]
