@@ -95,7 +95,8 @@ where
 
 /// Integrates from `state` to the last of `times`, which ascend from the time of the state, and
 /// passes the states at these times to `observer`, each with its index in `times` in place of the
-/// number of steps. They are as accurate as the ends of steps, and keep K as these do.
+/// number of steps. They are as accurate as the ends of steps, and keep K as these do. If the
+/// observer breaks, `state` is at the end of the step that contains the last time shown.
 ///
 /// # Errors
 /// Those of [`integrate_within`], and [`InputError::Backwards`] if the times do not ascend.

@@ -117,7 +117,8 @@ impl Derivatives {
         }
     }
 
-    /// Evaluates the derivatives at (q, p).
+    /// Evaluates the derivatives at (q, p). One that is not finite, as ∂F/∂t of √t at t = 0, is left
+    /// out of the matrix, which only leads to the solution.
     pub(crate) fn evaluate<T, S>(&mut self, system: &S, q: &[T], p: &[T])
     where
         T: Scalar,
@@ -126,7 +127,8 @@ impl Derivatives {
         let mut next = self.values.iter_mut();
         system.curvature(q, p, |_, _, _, value| {
             if let Some(place) = next.next() {
-                *place = value.to_f64();
+                let value = value.to_f64();
+                *place = if value.is_finite() { value } else { 0.0 };
             }
         });
     }

@@ -169,12 +169,9 @@ fn samples_have_the_order_of_steps_in_q_p_and_w() {
     orders("pendulum", &AdaptiveVerner98, pendulum, &most, nine);
 }
 
-/// Each third sample of a square wave of period 0.3 lies within a rounding of a jump, and so does
-/// the end.
-#[test]
-fn samples_within_roundings_of_jumps_are_found() {
-    let forces = vec!["0.3*sign(sin(2*pi*t/0.3))".into()];
-    let forces = DriveDescription { forces, ..Default::default() };
+/// An oscillator with friction and this force.
+fn driven_by(force: &str) -> Arc<Curved<f64>> {
+    let forces = DriveDescription { forces: vec![force.into()], ..Default::default() };
     let (drive, _) = CustomDrive::new(&forces, 1).unwrap();
     let description = Description {
         potential: "q1^2/2".into(),
@@ -182,7 +179,32 @@ fn samples_within_roundings_of_jumps_are_found() {
         ..Default::default()
     };
     let custom = Arc::new(Custom::new(&description).unwrap());
-    let system: Arc<Curved<f64>> = Arc::new(Driven::new(custom, Arc::new(drive)).unwrap());
+    Arc::new(Driven::new(custom, Arc::new(drive)).unwrap())
+}
+
+/// ∂F/∂t is infinite at the start.
+#[test]
+fn a_force_that_begins_as_a_root_of_the_time_is_followed() {
+    for force in ["sqrt(t)", "sqrt(abs(sin(2*t)))"] {
+        let system = driven_by(force);
+        let ends = ADAPTIVE.iter().map(|row| {
+            let mut state = with_motors(&State::new(vec![1.0], vec![0.0]).unwrap(), 1);
+            let (run, all) = (erased(row, system.clone()).unwrap(), Tolerance::all(1e-9));
+            let mut ignore = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+            run.run(Setting::Tolerance(all, 5.0), &mut state, 1, &mut ignore)
+                .unwrap_or_else(|error| panic!("{}, {force}: {error}", row.name));
+            [state.q[0], state.p[0]]
+        });
+        let ends: Vec<_> = ends.collect();
+        assert!(ends.iter().all(|end| far(end, &ends[0]) < 1e-8), "{force}: {ends:?}");
+    }
+}
+
+/// Each third sample of a square wave of period 0.3 lies within a rounding of a jump, and so does
+/// the end.
+#[test]
+fn samples_within_roundings_of_jumps_are_found() {
+    let system = driven_by("0.3*sign(sin(2*pi*t/0.3))");
     let times: Vec<f64> = (1..=90).map(|n| 0.1 * f64::from(n)).collect();
     let ends = ADAPTIVE.iter().map(|row| {
         let mut state = with_motors(&State::new(vec![0.06], vec![1.8]).unwrap(), 1);
