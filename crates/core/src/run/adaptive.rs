@@ -222,8 +222,9 @@ where
         let natural = first(system, state, tolerance);
         let h = control.initial.unwrap_or(natural).min(span);
         // At rest the first step is not known.
-        let natural = if natural < f64::MAX { natural.min(span) } else { 0.0 };
+        let natural = if natural < f64::MAX { natural.min(h) } else { 0.0 };
         let shortest = natural * V::Scalar::EPSILON * V::Scalar::EPSILON;
+        let shortest = shortest.max(f64::MIN_POSITIVE);
         let (statistics, tolerance) = (Statistics::default(), *tolerance);
         Ok(Self {
             method,
@@ -285,11 +286,9 @@ where
                 _ => V::Scalar::from_f64(self.controller.h),
             };
             let h = if last { h } else { between_times(state.t, h) };
-            let short = self.controller.h < self.controller.least();
+            let short = self.controller.h < self.controller.least().max(self.shortest);
             let stands = self.at_standstill > MOST_AT_STANDSTILL;
-            let vanishes =
-                state.t + h == state.t || h.to_f64() < self.shortest.max(f64::MIN_POSITIVE);
-            if vanishes || stands || (short && !last) {
+            if state.t + h == state.t || stands || (short && !last) {
                 return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
             }
             let wanted = self.controller;

@@ -117,8 +117,8 @@ impl Derivatives {
         }
     }
 
-    /// Evaluates the derivatives at (q, p). One that is not finite, as ∂F/∂t of √t at t = 0, is left
-    /// out of the matrix, which only leads to the solution.
+    /// Evaluates the derivatives at (q, p). One that is not finite, as ∂F/∂t of √t at 0, is left
+    /// out of the matrix, on which the solution does not depend.
     pub(crate) fn evaluate<T, S>(&mut self, system: &S, q: &[T], p: &[T])
     where
         T: Scalar,
