@@ -191,7 +191,7 @@ fn a_force_that_begins_as_a_root_of_the_time_is_followed() {
             let mut state = with_motors(&State::new(vec![1.0], vec![0.0]).unwrap(), 1);
             let (run, all) = (erased(row, system.clone()).unwrap(), Tolerance::all(1e-9));
             let mut ignore = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
-            run.run(Setting::Tolerance(all, 5.0), &mut state, 1, &mut ignore)
+            run.run(Setting::Tolerance(all, 11.0), &mut state, 1, &mut ignore)
                 .unwrap_or_else(|error| panic!("{}, {force}: {error}", row.name));
             [state.q[0], state.p[0]]
         });
