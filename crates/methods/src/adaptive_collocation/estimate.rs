@@ -82,8 +82,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             rounding.mul_add(largest(&end.q), self.moved[0]),
             rounding.mul_add(largest(&end.p), self.moved[1]),
         ];
-        // A rounding of the time, which is a coordinate of a driven system, changes the force at the
-        // rate at which it changes over the step.
+        // A rounding of the time, which is a coordinate of a driven system, changes the force at
+        // the rate at which it changes over the step.
         let pairs = start.f.as_slice().iter().zip(end.f.as_slice());
         let change = pairs.fold(0.0_f64, |most, (&a, &b)| most.max((b - a).to_f64().abs()));
         let of_force = self.rates.force(noise) + noise[0] * change / self.h.to_f64().abs();
