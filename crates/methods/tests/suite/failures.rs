@@ -373,7 +373,7 @@ fn a_run_that_stands_still_ends() {
         let system = FromFormulas(Zigzag);
         let done = integrate_within(&method, &system, &tolerance, 10.0, &mut state, &mut watch);
         let Err(IntegrateError::Run(error)) = done else { panic!("p = {p}: {done:?} {state:?}") };
-        // Where V is not known to rounding, neither is its gradient.
+        // Roundings of V near the kink may also differ from its gradient.
         let (failure, pi) = (error.failure, std::f64::consts::PI);
         let named =
             matches!(failure, StepFailure::Vanishes { .. } | StepFailure::NotGradient { .. });
