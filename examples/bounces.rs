@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ControlFlow::Continue(())
     };
     // A method with a fixed step needs no tolerance.
-    let (mut step, grid) = (run.stepper(None)?, Grid::new(0.05, 3.0)?);
+    let (mut step, grid) = (run.stepper(None, 3.0)?, Grid::new(0.05, 3.0)?);
     let mut see = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
     integrate_with_events(&mut *step, grid, &mut state, &[floor], &mut bounce, &mut see)?;
 

@@ -40,9 +40,10 @@ pub use numbers::{
 };
 pub use quantity::{Block, Quantity};
 pub use run::{
-    Adaptive, Attempt, Direction, Effort, Event, EventState, Every, Grid, Method, Observer,
-    OnEvent, STEPS_OF_BLOCK, Statistics, StepControl, TakeStep, Tolerance, Watch, integrate,
-    integrate_controlled, integrate_in, integrate_with_events, integrate_within, sample_within,
+    Adaptive, AdaptiveRun, Attempt, Direction, Effort, Event, EventState, Every, Grid, Method,
+    Observer, OnEvent, STEPS_OF_BLOCK, Statistics, StepControl, TakeStep, Tolerance, Watch,
+    integrate, integrate_controlled, integrate_in, integrate_with_events, integrate_within,
+    sample_within,
 };
 pub use system::{
     Abilities, Accounts, Clocked, Correction, Coupling, Curvature, Dissipation, DissipationForm,

@@ -1,6 +1,7 @@
 //! Runs: methods, grids of times and tolerances, the time loops, and observers.
 
 mod adaptive;
+mod adaptive_run;
 mod controller;
 mod event;
 mod grid;
@@ -11,7 +12,8 @@ mod reservoir;
 mod tolerance;
 mod undefined;
 
-pub use adaptive::{Statistics, integrate_controlled, integrate_within, sample_within};
+pub use adaptive::{integrate_controlled, integrate_within, sample_within};
+pub use adaptive_run::{AdaptiveRun, Statistics};
 pub use controller::StepControl;
 pub use event::{Direction, Event, EventState, OnEvent, TakeStep, Watch, integrate_with_events};
 pub use grid::Grid;

@@ -1,45 +1,13 @@
 //! The time loop with error control: steps as long as a tolerance allows.
 
-use super::controller::{CUT, Controller, LAST_STRETCH, MOST_CUTS, StepControl, first};
-use super::integrate::check_between;
-use super::method::{Adaptive, Attempt, Effort};
+use super::adaptive_run::{AdaptiveRun, Statistics, backwards, is_uncontrolled};
+use super::controller::StepControl;
+use super::method::{Adaptive, Effort};
 use super::observer::Observer;
 use super::tolerance::Tolerance;
-use super::undefined::or_undefined;
-use crate::error::{InputError, IntegrateError, RunError, StepFailure};
+use crate::error::IntegrateError;
 use crate::numbers::{Mask, Scalar, Vector};
 use crate::system::{State, System};
-
-/// The longest step across a break, or to the end, that is accepted whatever its estimated error,
-/// as a share of the larger of |t| and the proposed step: 512 unit roundoffs. Over so short a step
-/// the estimate is rounding.
-const LARGEST_UNCONTROLLED: f64 = 5.7e-14;
-
-/// The largest relative change of a step by which its end becomes a number of the scalar. A choice.
-const MOST_ROUNDED: f64 = 0.125;
-/// The longest step that counts as one of a standstill, in unit roundoffs of t: 4 to 8 spacings of
-/// the numbers near t. A choice.
-const LONGEST_AT_STANDSTILL: f64 = 8.0;
-/// The largest number of such steps in a row. A choice.
-const MOST_AT_STANDSTILL: u32 = 1000;
-
-/// The steps of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Statistics {
-    /// Steps taken.
-    pub accepted: u64,
-    /// Steps whose error was too large.
-    pub rejected: u64,
-    /// Steps that could not be computed.
-    pub failed: u64,
-    /// The length of the shortest step taken, in the unit of time.
-    pub least: f64,
-    /// The length of the longest step taken, in the unit of time.
-    pub largest: f64,
-    /// The work of steps taken and rejected, and of states between steps. Steps that could not be
-    /// computed are not counted.
-    pub effort: Effort,
-}
 
 /// Integrates from `state` to the time `end` and passes every accepted step to `observer`.
 ///
@@ -84,11 +52,9 @@ where
     M: Adaptive<V, S> + ?Sized,
     O: Observer<V> + ?Sized,
 {
-    let mut run = Run::new(method, system, tolerance, control, end, state)?;
-    let mut seen = observer.observe(0, state);
-    while seen.is_continue() && state.t.lt(end).all() {
-        run.step(state)?;
-        seen = observer.observe(run.statistics.accepted, state);
+    let mut run = AdaptiveRun::new(method, system, tolerance, control, end, state)?;
+    if observer.observe(0, state).is_continue() {
+        run.advance(end, state, observer)?;
     }
     Ok(run.statistics)
 }
@@ -122,7 +88,7 @@ where
         return Err(backwards(state.t, times[0]).into());
     }
     let control = StepControl::default();
-    let mut run = Run::new(method, system, tolerance, control, end, state)?;
+    let mut run = AdaptiveRun::new(method, system, tolerance, control, end, state)?;
     let (mut before, mut shown) = (state.clone(), state.clone());
     for (n, &time) in (0..).zip(times) {
         while state.t.lt(time).all() {
@@ -130,7 +96,7 @@ where
                 return Ok(run.statistics);
             }
             before.copy(state);
-            run.step(state)?;
+            run.step(end, state)?;
         }
         let seen = if state.t == time {
             observer.observe(n, state)
@@ -140,7 +106,7 @@ where
                 match method.between(system, h, &before, &mut run.workspace, &mut shown) {
                     Ok(effort) => effort,
                     // Within so short a step across a break, the end of the step is as accurate.
-                    Err(_) if is_uncontrolled(state.t - before.t, state.t) => {
+                    Err(_) if is_uncontrolled(state.t - before.t, state.t.to_f64().abs()) => {
                         shown.copy(state);
                         Effort::default()
                     }
@@ -155,204 +121,4 @@ where
         }
     }
     Ok(run.statistics)
-}
-
-fn backwards<T: Scalar>(from: T, to: T) -> InputError {
-    InputError::Backwards { from: from.to_f64(), to: to.to_f64() }
-}
-
-/// The step nearest to h that ends at a number of the scalar. A rounding of t + h would be an error
-/// of the time at every step. A step of a few roundings of t stays as it is, so that it can shrink.
-#[inline(always)]
-fn between_times<T: Scalar>(t: T, h: T) -> T {
-    let rounded = (t + h) - t;
-    let change = ((rounded - h) / h).to_f64().abs();
-    if change <= MOST_ROUNDED { rounded } else { h }
-}
-
-/// Whether a step h at the time t is so short that its estimated error is rounding.
-fn is_uncontrolled<T: Scalar>(h: T, t: T) -> bool {
-    h.to_f64() <= LARGEST_UNCONTROLLED * t.to_f64().abs()
-}
-
-/// Whether a step h to the time t is about as short as the spacing of the numbers near t.
-fn is_at_standstill<T: Scalar>(h: f64, t: T) -> bool {
-    h <= LONGEST_AT_STANDSTILL * T::EPSILON * t.to_f64().abs()
-}
-
-/// A run with its step size and statistics.
-struct Run<'a, V: Vector, S: ?Sized, M: ?Sized, W> {
-    method: &'a M,
-    system: &'a S,
-    workspace: W,
-    tolerance: Tolerance,
-    end: V::Scalar,
-    controller: Controller,
-    /// The usual first step times the square of a rounding: shorter ones lead nowhere. Near t = 0
-    /// steps can become much shorter than a rounding of anything else.
-    shortest: f64,
-    /// The number of steps of a few roundings of t up to here, in a row.
-    at_standstill: u32,
-    statistics: Statistics,
-}
-
-impl<'a, V, S, M> Run<'a, V, S, M, M::Workspace>
-where
-    V: Vector,
-    S: System<V::Scalar> + ?Sized,
-    M: Adaptive<V, S> + ?Sized,
-{
-    fn new(
-        method: &'a M,
-        system: &'a S,
-        tolerance: &Tolerance,
-        control: StepControl,
-        end: V::Scalar,
-        state: &State<V>,
-    ) -> Result<Self, InputError> {
-        system.check()?;
-        state.check(system.dof())?;
-        tolerance.check::<V::Scalar>()?;
-        control.check()?;
-        let span = (end - state.t).to_f64();
-        if !(span >= 0.0 && span.is_finite()) {
-            return Err(backwards(state.t, end));
-        }
-        let workspace = method.workspace(system, tolerance, span)?;
-        let natural = first(system, state, tolerance);
-        let h = control.initial.unwrap_or(natural).min(span);
-        // At rest the first step is not known.
-        let natural = if natural < f64::MAX { natural.min(h) } else { 0.0 };
-        let shortest = natural * V::Scalar::EPSILON * V::Scalar::EPSILON;
-        let shortest = shortest.max(f64::MIN_POSITIVE);
-        let (statistics, tolerance) = (Statistics::default(), *tolerance);
-        Ok(Self {
-            method,
-            system,
-            workspace,
-            tolerance,
-            end,
-            controller: Controller::new(h, control),
-            shortest,
-            at_standstill: 0,
-            statistics,
-        })
-    }
-
-    /// Integrates from `before` to a time within the tolerance of the run, by steps that do not
-    /// belong to the run.
-    #[cold]
-    fn apart(
-        &self,
-        before: &State<V>,
-        time: V::Scalar,
-        shown: &mut State<V>,
-    ) -> Result<Effort, IntegrateError> {
-        shown.copy(before);
-        let mut run = Run {
-            end: time,
-            ..Run::new(
-                self.method,
-                self.system,
-                &self.tolerance,
-                StepControl::default(),
-                self.end,
-                before,
-            )?
-        };
-        while shown.t.lt(time).all() {
-            run.step(shown).map_err(|error| self.failed(before, error.failure))?;
-        }
-        Ok(run.statistics.effort)
-    }
-
-    #[cold]
-    fn failed(&self, state: &State<V>, failure: StepFailure) -> RunError {
-        let failure = or_undefined(self.system, state, self.statistics.accepted == 0, failure);
-        RunError { step: self.statistics.accepted + 1, t: state.t.to_f64(), failure }
-    }
-
-    /// Takes one step within the tolerance.
-    fn step(&mut self, state: &mut State<V>) -> Result<(), RunError> {
-        let mut cuts = 0;
-        loop {
-            let (left, at_break) = self.smooth_part(state);
-            // The last step is not much shorter than those before.
-            let rest = left.to_f64();
-            let last = rest <= self.controller.h * LAST_STRETCH;
-            let h = match rest / self.controller.h {
-                _ if last => left,
-                steps if steps < 2.0 => left.half(),
-                _ => V::Scalar::from_f64(self.controller.h),
-            };
-            let h = if last { h } else { between_times(state.t, h) };
-            let short = self.controller.h < self.controller.least().max(self.shortest);
-            let stands = self.at_standstill > MOST_AT_STANDSTILL;
-            if state.t + h == state.t || stands || (short && !last) {
-                return Err(self.failed(state, StepFailure::Vanishes { h: h.to_f64() }));
-            }
-            let wanted = self.controller;
-            // A run that ends at a break, to rounding, ends within the step across it.
-            let crosses = (at_break || last)
-                && (is_uncontrolled(h, state.t) || h.to_f64() <= LARGEST_UNCONTROLLED * wanted.h);
-            let outcome = self.method.attempt(self.system, h, state, &mut self.workspace);
-            match outcome.and_then(|attempt| self.refuse_across(attempt, state)) {
-                Err(failure) => {
-                    self.statistics.failed += 1;
-                    cuts += 1;
-                    // No shorter step avoids a wrong gradient.
-                    let stays = matches!(failure, StepFailure::NotGradient { .. });
-                    if stays || cuts > MOST_CUTS {
-                        return Err(self.failed(state, failure));
-                    }
-                    self.controller.h = CUT * h.to_f64();
-                }
-                Ok(attempt) => {
-                    self.statistics.effort += attempt.effort;
-                    let taken = attempt.error <= 1.0 || (crosses && attempt.error.is_finite());
-                    self.controller.update(attempt, h.to_f64(), taken, cuts > 0, M::LEAST_GROWTH);
-                    if taken {
-                        if at_break && last {
-                            // The break made the step short, not its error.
-                            self.controller = wanted;
-                        }
-                        self.method.accept(state, &mut self.workspace);
-                        state.t = if last && !at_break { self.end } else { state.t + h };
-                        let h = h.to_f64();
-                        let stands = is_at_standstill(h, state.t);
-                        self.at_standstill = if stands { self.at_standstill + 1 } else { 0 };
-                        let Statistics { accepted, least, largest, .. } = &mut self.statistics;
-                        (*accepted, *least, *largest) = (
-                            *accepted + 1,
-                            if *accepted == 0 { h } else { least.min(h) },
-                            largest.max(h),
-                        );
-                        return Ok(());
-                    }
-                    self.statistics.rejected += 1;
-                    cuts = 1;
-                }
-            }
-        }
-    }
-
-    /// The time from here to the end or to the next break, and whether it is a break.
-    #[inline(always)]
-    fn smooth_part(&self, state: &State<V>) -> (V::Scalar, bool) {
-        let left = self.end - state.t;
-        // Only breaks within the next two steps matter.
-        let near = V::Scalar::from_f64(2.0 * LAST_STRETCH * self.controller.h);
-        let ahead = V::Scalar::select(left.lt(near), left, near);
-        let smooth = self.system.step_between_breaks(state.q.as_slice(), ahead);
-        if smooth.lt(ahead).any() { (smooth, true) } else { (left, false) }
-    }
-
-    /// Fails a step that is accurate enough and has a singularity of H between its ends.
-    #[inline(always)]
-    fn refuse_across(&self, attempt: Attempt, state: &State<V>) -> Result<Attempt, StepFailure> {
-        if self.system.may_be_singular() && attempt.error <= 1.0 {
-            check_between(self.system, state.q.as_slice(), self.method.end(&self.workspace))?;
-        }
-        Ok(attempt)
-    }
 }

@@ -32,6 +32,7 @@ where
     M: Method<V, S> + ?Sized,
     O: Observer<V> + ?Sized,
 {
+    system.check()?;
     state.check(system.dof())?;
     let (mut workspace, mut remainder) = (method.workspace(system)?, V::zeros(system.dof()));
     integrate_in(method, system, grid, state, &mut remainder, &mut workspace, observer)

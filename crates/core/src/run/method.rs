@@ -4,7 +4,7 @@ use super::tolerance::Tolerance;
 use crate::error::{InputError, StepFailure};
 use crate::numbers::Vector;
 use crate::system::{State, System};
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Sub};
 
 /// A one-step method for systems `S` with states stored in `V`.
 pub trait Method<V: Vector, S: System<V::Scalar> + ?Sized> {
@@ -164,6 +164,17 @@ impl Effort {
     pub fn shared_by(self, n: usize) -> Self {
         let share = |all: u64| if n > 1 { all.div_ceil(n as u64) } else { all };
         Self { evaluations: share(self.evaluations), iterations: share(self.iterations) }
+    }
+}
+
+impl Sub for Effort {
+    type Output = Self;
+
+    fn sub(self, before: Self) -> Self {
+        Self {
+            evaluations: self.evaluations - before.evaluations,
+            iterations: self.iterations - before.iterations,
+        }
     }
 }
 

@@ -65,7 +65,7 @@ const STRIDES_PER_DOUBLING: u32 = 4;
 ///
 /// # Errors
 /// [`InputError::Length`] and [`InputError::NotFinite`] if `start` is no state of the system.
-/// [`InputError::Step`] if the end of the grid is not finite. [`InputError::SolutionEnds`] if the
+/// [`InputError::End`] if the end of the grid is not finite. [`InputError::SolutionEnds`] if the
 /// strides shrink to 0: at a blow-up, at a singularity such as √x at 0, and where the flow stays on
 /// a kink. [`InputError::Budget`] if more strides are needed than `pace` allows.
 pub fn follow<S, V, const M: usize>(
@@ -85,7 +85,7 @@ where
     start.check(dof)?;
     let end = V::Scalar::from_f64(steps as f64) * h;
     if !end.is_finite().all() {
-        return Err(InputError::Step { h: h.to_f64() });
+        return Err(InputError::End { end: end.to_f64() });
     }
     let mut trajectory = Trajectory::new(system, defect, start, end, pace);
     for i in 0..=steps {

@@ -2,9 +2,9 @@
 
 use super::run::{Part, Run, Show, named};
 use afterbay_core::{
-    Adaptive, Effort, Every, Grid, InputError, IntegrateError, Mask, Method, Observer, Quantity,
-    RunError, Scalar, State, StateRef, Statistics, System, Tolerance, Vector, Watch, integrate_in,
-    integrate_within, sample_within,
+    Adaptive, AdaptiveRun, Effort, Every, Grid, InputError, IntegrateError, Mask, Method, Observer,
+    Quantity, RunError, Scalar, State, StateRef, Statistics, StepControl, System, Tolerance,
+    Vector, Watch, integrate_in, integrate_within, sample_within,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -83,7 +83,11 @@ pub(super) trait Erased<T: Scalar>: Send + Sync {
         Err(takes_a_tolerance().into())
     }
 
-    fn stepper(&self, tolerance: Option<Tolerance>) -> Result<ErasedStepping<'_, T>, InputError>;
+    fn stepper(
+        &self,
+        tolerance: Option<Tolerance>,
+        span: T,
+    ) -> Result<ErasedStepping<'_, T>, InputError>;
 
     fn step(&self, _h: T, _place: Place<'_, T>) -> Result<Effort, IntegrateError> {
         Err(takes_a_tolerance().into())
@@ -193,6 +197,7 @@ where
     fn stepper(
         &self,
         _tolerance: Option<Tolerance>,
+        _span: V::Scalar,
     ) -> Result<ErasedStepping<'_, V::Scalar>, InputError> {
         let (mut workspace, zero) = (self.workspace.clone(), V::Scalar::zero());
         let mut remainder = vec![zero; self.system.dof()];
@@ -234,19 +239,33 @@ where
     fn stepper(
         &self,
         tolerance: Option<Tolerance>,
+        span: V::Scalar,
     ) -> Result<ErasedStepping<'_, V::Scalar>, InputError> {
         let tolerance = tolerance.ok_or_else(takes_a_tolerance)?;
+        let (method, system) = (&self.method, &*self.system);
+        // The run so far and the state at its end.
+        let mut kept: Option<(AdaptiveRun<'_, V, S, M>, State<V>)> = None;
         Ok(Box::new(move |h, place, watch| {
-            let (mut state, system) = (place.take::<V>(), &*self.system);
-            let end = state.t + h;
-            let mut between = |n: u64, state: &State<V>| match state.t.lt(end).all() {
-                true if n > 0 => watch(state.state_ref()),
-                _ => ControlFlow::Continue(()),
+            let mut state = place.take::<V>();
+            let (mut run, mut last) = match kept.take() {
+                Some((run, last)) if is_same_point(&last, &state) => (run, last),
+                _ => {
+                    let (control, end) = (StepControl::default(), state.t + span);
+                    let run = AdaptiveRun::new(method, system, &tolerance, control, end, &state)?;
+                    (run, state.clone())
+                }
             };
-            let found =
-                integrate_within(&self.method, system, &tolerance, end, &mut state, &mut between)?;
+            let (end, before) = (state.t + h, run.statistics().effort);
+            let mut between = |_: u64, state: &State<V>| match state.t.lt(end).all() {
+                true => watch(state.state_ref()),
+                false => ControlFlow::Continue(()),
+            };
+            run.advance(end, &mut state, &mut between)?;
+            let effort = run.statistics().effort - before;
+            last.clone_from(&state);
+            kept = Some((run, last));
             place.put(&state);
-            Ok(found.effort)
+            Ok(effort)
         }))
     }
 
@@ -286,6 +305,12 @@ where
         place.put(&state);
         outcome
     }
+}
+
+/// Whether two states are the same, whatever their times are: the caller rounds these.
+fn is_same_point<V: Vector>(a: &State<V>, b: &State<V>) -> bool {
+    let (a, b) = (a.state_ref(), b.state_ref());
+    (a.q, a.p, a.w) == (b.q, b.p, b.w)
 }
 
 /// Checks that the storage `V` has room for `dof` degrees of freedom.

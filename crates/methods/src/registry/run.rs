@@ -159,15 +159,20 @@ impl<T: Scalar> Run<T> {
         self.bound.step(h, Place::of(state)).map_err(|error| self.named(error))
     }
 
-    /// A function that takes single steps, for [`integrate_with_events`]: with a method that
-    /// chooses its steps, a step is a run within the tolerance. Other methods ignore it.
+    /// A function that takes single steps, for [`integrate_with_events`]. With a method that chooses
+    /// its steps, such a step is a part of a run within the tolerance over the time `span`, and goes
+    /// on with this run if it begins where the last one ended. Other methods ignore both.
     ///
     /// # Errors
     /// [`InputError::Unsupported`] if the method chooses its steps and there is no tolerance.
     ///
     /// [`integrate_with_events`]: afterbay_core::integrate_with_events
-    pub fn stepper(&self, tolerance: Option<Tolerance>) -> Result<Stepping<'_, T>, InputError> {
-        let bound = self.bound.stepper(tolerance);
+    pub fn stepper(
+        &self,
+        tolerance: Option<Tolerance>,
+        span: T,
+    ) -> Result<Stepping<'_, T>, InputError> {
+        let bound = self.bound.stepper(tolerance, span);
         let mut step = bound.map_err(|error| named(self.method, error))?;
         Ok(Box::new(move |h, state, watch| {
             state.check(self.bound.dof())?;

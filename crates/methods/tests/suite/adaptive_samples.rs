@@ -52,6 +52,35 @@ fn samples_are_steps() {
     }
 }
 
+/// The tolerance is that of the run, in however many parts it is computed. Another start between
+/// two parts, as for an event within a step, changes nothing in this.
+#[test]
+fn a_run_in_many_parts_is_within_its_tolerance() {
+    let system = duffing(-1.0, 1.0, 0.1);
+    let start = State::new(vec![1.5], vec![0.5]).unwrap();
+    let exact = trajectory(&*system.series::<f64>(), &start, 0.01, 1200).unwrap();
+    for row in ADAPTIVE {
+        let run = system.bind(row, As::Curved).unwrap();
+        for (tolerance, interrupted) in [(1e-6, false), (1e-10, false), (1e-10, true)] {
+            let mut state = start.clone();
+            let mut step = run.stepper(Some(Tolerance::all(tolerance)), 12.0).unwrap();
+            let mut unwatched = |_: StateRef<'_, f64>| ControlFlow::Continue(());
+            for n in 1..=1200 {
+                if interrupted {
+                    step(0.003, &mut state.clone(), &mut unwatched).unwrap();
+                }
+                step(0.01, &mut state, &mut unwatched).unwrap();
+                state.t = 0.01 * f64::from(n);
+            }
+            let end = &exact[1200];
+            let parts = [(&state.q, &end.q), (&state.p, &end.p), (&state.w, &end.w)];
+            let error = parts.map(|(found, exact)| far(found, exact)).into_iter();
+            let error = error.fold(0.0, f64::max);
+            assert!(error < 5.0 * tolerance, "{} {tolerance:e} {interrupted}: {error:e}", row.name);
+        }
+    }
+}
+
 /// The factor by which the tolerance of w is tighter than that of q and p, so that the sweeps
 /// converge and only the order is measured.
 const TIGHT: f64 = 1e-3;

@@ -60,7 +60,7 @@ pub fn advance(
     let mut happen = |i: usize, state: EventState<'_>| events.happen(i, state);
     let mut observe = |n: u64, state: StateRef<'_, f64>| walk.observe(n, state, progress);
     let rest = Grid { steps: grid.steps - begin, ..grid };
-    let mut step = bound.stepper(tolerance.map(Tolerance::all))?;
+    let mut step = bound.stepper(tolerance.map(Tolerance::all), problem.end)?;
     let result =
         integrate_with_events(&mut *step, rest, &mut state, &watched, &mut happen, &mut observe);
     let result = result.map(drop).map_err(|error| of_run(begin, error));

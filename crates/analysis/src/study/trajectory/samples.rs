@@ -57,7 +57,9 @@ impl Legs {
         let mut stopped = begin == 0 && keep(0, state.state_ref(), balance).is_break();
         self.samples = self.samples.max(1);
         let times = Times { spacing, count: samples(problem.end, spacing) };
-        let mut step = bound.stepper(steps.tolerance.map(Tolerance::all))?;
+        let stepper = || bound.stepper(steps.tolerance.map(Tolerance::all), problem.end);
+        // Two runs, so that the first goes on where its last step ended.
+        let (mut step, mut step_to_sample) = (stepper()?, stepper()?);
         let end = grid.steps.min(begin.saturating_add(steps_of_leg(&state)));
         let (mut piece, mut result) = (Piece::new(progress), Ok(()));
         while self.done < end && !stopped {
@@ -68,7 +70,13 @@ impl Legs {
                 piece.report(n, grid.steps);
                 // In the order of time, since a rise of H is one from a state to a later one.
                 let between = &mut |state: StateRef<'_, f64>| keep(n, state, balance);
-                times.keep_between(&before, &state, &mut self.samples, &mut *step, between)
+                times.keep_between(
+                    &before,
+                    &state,
+                    &mut self.samples,
+                    &mut *step_to_sample,
+                    between,
+                )
             };
             match advance() {
                 Ok(stops) => stopped |= stops,
