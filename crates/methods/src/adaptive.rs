@@ -10,7 +10,7 @@ mod projection;
 mod rates;
 
 pub(crate) use budget::{Budget, ROUNDINGS, SHARES, largest, scales, sizes};
-pub(crate) use kinks::{KINK_ORDER, Sides};
+pub(crate) use kinks::{KINK_ORDER, Kinks, Passage, roundings_of_time, time_rounding};
 pub(crate) use noise::{ROUNDING_SUSPECTED_BELOW, is_noise};
 pub(crate) use orders::adaptive_of_orders;
 pub(crate) use projection::{LARGEST_PROJECTION, Projection, REFUSED_ERROR, balance_by_motor};

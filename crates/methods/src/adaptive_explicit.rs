@@ -17,11 +17,12 @@
 //! rounding, near rest.
 
 mod methods;
+mod passage;
 
 pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
-    Budget, KINK_ORDER, Projection, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides,
+    Budget, KINK_ORDER, Kinks, Passage, Projection, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates,
     balance_by_motor, is_noise, largest,
 };
 use crate::commit::not_finite;
@@ -38,8 +39,6 @@ const RATIO_WEIGHT: f64 = 0.01;
 /// with a kink: the error is then up to 25 times the estimate, which aims at a fifth of the allowed
 /// error (`adaptive_accuracy` in the tests).
 const KINK_CAUTION: f64 = 10.0;
-/// The roundings of t to which the time of a kink is known, with [`KINK_CAUTION`]. A choice.
-const KINK_ROUNDINGS: f64 = 64.0;
 /// The rounding error of a slope, in roundings of ∂H/∂q, with that of the point of its stage.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
@@ -67,9 +66,11 @@ pub struct Workspace<V: Vector> {
     end_energy: V::Scalar,
     /// Whether K is exact at the end, and H there is known.
     ended: bool,
-    /// Whether the start and the end are on the same side of every kink.
+    /// Whether the step passes no kink.
     smooth: bool,
-    sides: Sides,
+    kinks: Kinks,
+    /// Memory for a point between the start and the end.
+    between: [V; 2],
     /// The length of the step.
     length: f64,
     /// The error of K at the end of a longer step from this state, near an equilibrium.
@@ -103,7 +104,8 @@ impl<V: Vector> Workspace<V> {
             end_energy: zero,
             ended: false,
             smooth: true,
-            sides: Sides::default(),
+            kinks: Kinks::default(),
+            between: [zeros(), zeros()],
             length: 0.0,
             last_defect: f64::INFINITY,
             fastest: 0.0,
@@ -163,22 +165,6 @@ impl<V: Vector> Workspace<V> {
         let dissipative = self.stages.is_dissipative();
         let w = if dissipative { self.stages.largest_sum::<W>(terms) * shares[2] } else { 0.0 };
         largest_if_finite([q, p, w])
-    }
-
-    #[inline]
-    fn passes_kink<S: System<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) -> bool {
-        self.sides.begin(system, state.q.as_slice(), state.p.as_slice())
-            && self.sides.passed(system, self.q.as_slice(), self.p.as_slice())
-    }
-
-    /// Allows for the changes of q and p in a few roundings of t, to which the time of a kink is
-    /// known. No step across a jump of the force would be short enough for tight tolerances.
-    #[cold]
-    fn allow_roundings_of_time(&self, allowed: &mut [f64; 3], t: V::Scalar) {
-        let known = KINK_ROUNDINGS * V::Scalar::EPSILON * t.to_f64().abs();
-        allowed[0] = allowed[0].max(known * largest(self.stages.velocity(0)));
-        let force = largest(&self.stages.start).max(largest(&self.stages.hq));
-        allowed[1] = allowed[1].max(known * force);
     }
 
     /// The target value of H at the end.
@@ -264,9 +250,10 @@ impl<V: Vector> Workspace<V> {
         errors_allowed[1] = errors_allowed[1].max(rounding);
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
-        self.smooth = !self.passes_kink(system, state);
+        let passage = self.passage::<B, S>(system, h, state);
+        self.smooth = passage == Passage::Smooth;
         if !self.smooth {
-            self.allow_roundings_of_time(&mut errors_allowed, state.t);
+            self.allow_roundings_of_time::<B>(state.t, &mut errors_allowed);
         }
         let shares = |allowed: [f64; 3]| allowed.map(|allowed| allowed.recip().min(f64::MAX));
         let mut error = self.error::<B>(shares(errors_allowed), self.smooth);
@@ -284,6 +271,7 @@ impl<V: Vector> Workspace<V> {
         if !error.is_finite() {
             return Err(not_finite([&self.q, &self.p, &self.gain].map(V::as_slice)));
         }
+        let error = if passage == Passage::Returned { error.max(REFUSED_ERROR) } else { error };
         if error > 1.0 {
             self.balance_rejected_step(system);
             return Ok(error);

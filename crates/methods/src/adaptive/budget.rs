@@ -53,19 +53,24 @@ impl Budget {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
-    /// The errors of q, p and w allowed for a step of this length. Every step is allowed the error
-    /// of a step of mean length, where the mean includes the next step, and at least a few
-    /// roundings. This minimises the number of steps, which is least where all steps have the same
-    /// error. The sum over the steps is about that of [`Self::share_of`], and it is larger where
-    /// the first steps are the longest.
+    /// The share of the run's error for a step of mean length, where the mean includes the next
+    /// step, of this length. The number of steps is least where all have the same error. The sum
+    /// over the steps is about that of [`Self::share_of`], and it is larger where the first steps
+    /// are the longest.
+    #[inline]
+    pub(crate) fn equal_share(&self, length: f64) -> f64 {
+        if self.span > 0.0 { self.rate * (self.passed + length) * self.next } else { SHARES }
+    }
+
+    /// The errors of q, p and w allowed for a step of this length, by [`Self::equal_share`], and at
+    /// least a few roundings.
     #[inline]
     pub(crate) fn allowed_of_equal_steps<V: Vector>(
         &self,
         state: &State<V>,
         length: f64,
     ) -> [f64; 3] {
-        let share =
-            if self.span > 0.0 { self.rate * (self.passed + length) * self.next } else { SHARES };
+        let share = self.equal_share(length);
         let Tolerance { relative, absolute, w_relative, w_absolute } = self.tolerance;
         let allowed = |size: f64, relative: f64, absolute: f64| {
             (share * (relative * size + absolute)).max(ROUNDINGS * V::Scalar::EPSILON * size)

@@ -11,7 +11,7 @@ use super::gauss::{Columns, Gauss};
 use super::stages::{NOISE_ROUNDINGS, Stages, extrapolate, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{
-    Budget, KINK_ORDER, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sides, balance_by_motor,
+    Budget, Kinks, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, balance_by_motor,
 };
 use crate::collocation;
 use crate::kernels::reductions::largest_if_finite;
@@ -73,7 +73,7 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     pub(super) contraction: f64,
     /// The changes of q and p at the nodes in the last sweep.
     pub(super) moved: [f64; 2],
-    sides: Sides,
+    pub(super) kinks: Kinks,
     pub(super) budget: Budget,
     /// The solver that iterates to rounding, allocated when it is first needed.
     pub(super) spare: Option<Box<collocation::Workspace<V>>>,
@@ -105,7 +105,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             rates: Rates::new(n),
             contraction: 0.0,
             moved: [0.0; 2],
-            sides: Sides::default(),
+            kinks: Kinks::default(),
             budget: Budget::new(tolerance, span, n - system.motors()),
             spare: None,
         }
@@ -125,28 +125,49 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             self.start.evaluate_slopes(system);
             self.start.energy = state.energy(system);
         }
-        let (before, length) = (self.start.energy, h.to_f64().abs());
-        let share = self.budget.share_of(length);
+        let share = self.budget.share_of(h.to_f64().abs());
         let scales = self.budget.scales(state, share);
         self.h = h;
         self.initial_guess(h, state, false);
-        let (n, order) = (state.dof(), 2 * K as u32);
         if self.stiff.uses_newton {
-            let effort = self.rounded(system, h, state)?;
-            self.see_fastest(system);
-            let smooth = !self.passes_kink(system, state);
-            let newton = self.spare.as_ref().is_some_and(|spare| spare.solved_by_newton());
-            let error = if newton {
-                self.error_after_newton(n, scales, share, smooth)?
-            } else {
-                self.error(n, scales, smooth)?
-            };
-            let error = error / share;
-            let order = if smooth { order } else { KINK_ORDER };
-            self.stiff.record_newton(length);
-            return Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort });
+            self.attempt_by_newton(system, state, scales, share)
+        } else {
+            self.attempt_by_sweeps(system, state, scales, share)
         }
-        let sweeps = self.sweeps(system, h, state, scales, share);
+    }
+
+    /// Solves the equations to rounding.
+    fn attempt_by_newton<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+        scales: [f64; 3],
+        share: f64,
+    ) -> Result<Attempt, StepFailure> {
+        let effort = self.rounded(system, self.h, state)?;
+        self.see_fastest(system);
+        let limits = self.limits(system, state, scales, share);
+        let newton = self.spare.as_ref().is_some_and(|spare| spare.solved_by_newton());
+        let error = if newton {
+            self.error_after_newton(state.dof(), &limits)?
+        } else {
+            self.error(state.dof(), &limits)?
+        };
+        self.stiff.record_newton(self.h.to_f64().abs());
+        Ok(Attempt { error, order: limits.order, largest_growth: f64::INFINITY, effort })
+    }
+
+    /// Solves the equations by sweeps, to the accuracy that the tolerance requires.
+    #[inline]
+    fn attempt_by_sweeps<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+        scales: [f64; 3],
+        share: f64,
+    ) -> Result<Attempt, StepFailure> {
+        let (before, length) = (self.start.energy, self.h.to_f64().abs());
+        let sweeps = self.sweeps(system, self.h, state, scales, share);
         if let Err(StepFailure::NotContracting { .. }) = sweeps {
             self.stiff.record_refused(length);
         }
@@ -154,16 +175,15 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let mut effort = Self::spent(sweeps);
         self.finish(system, state);
         self.see_fastest(system);
-        let smooth = !self.passes_kink(system, state);
-        let order = if smooth { order } else { KINK_ORDER };
-        let mut error = self.error(n, scales, smooth)? / share;
+        let limits = self.limits(system, state, scales, share);
+        let mut error = self.error(state.dof(), &limits)?;
         if error <= 1.0 {
-            match self.restore(system, before, scales, share) {
+            match self.restore(system, before, limits.scales, limits.share) {
                 Ok(()) => {}
                 // K is off either because the step is long, or because near an equilibrium no
                 // change of (q, p) changes it.
                 Err(ratio) if error > ROUNDING_SUSPECTED_BELOW => error = ratio.max(REFUSED_ERROR),
-                Err(_) => effort += self.rounded(system, h, state)?,
+                Err(_) => effort += self.rounded(system, self.h, state)?,
             }
         }
         if error > 1.0 {
@@ -174,7 +194,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             .min(LARGEST_PHASE / (length * self.fastest));
         let reach = reach.clamp(SHORTEST_STRETCH, LONGEST_STRETCH);
         self.stiff.record_swept(length, reach <= 1.0, error < UNLIMITED_SHARE);
-        Ok(Attempt { error, order, largest_growth: reach, effort })
+        Ok(Attempt { error, order: limits.order, largest_growth: reach, effort })
     }
 
     /// Makes K exact at the end of a step with too large an error, if the system is driven.
@@ -188,20 +208,6 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let target = gain.as_slice().iter().fold(before, |energy, &gain| energy - gain);
         let balanced = balance_by_motor(system, target, q.as_slice(), p.as_mut_slice());
         *energy = balanced.unwrap_or(*energy);
-    }
-
-    /// Whether the start, the nodes and the end of the step are on both sides of a kink.
-    fn passes_kink<S: Curvature<V::Scalar> + ?Sized>(
-        &mut self,
-        system: &S,
-        state: &State<V>,
-    ) -> bool {
-        let Self { sides, trial, end, .. } = self;
-        if !sides.begin(system, state.q.as_slice(), state.p.as_slice()) {
-            return false;
-        }
-        let nodes = trial.q.iter().zip(&trial.p).chain([(&end.q, &end.p)]);
-        nodes.into_iter().any(|(q, p)| sides.passed(system, q.as_slice(), p.as_slice()))
     }
 
     /// Computes the state the time h after `before`, with which the accepted step began.
@@ -320,7 +326,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let [q, p, w] = [moved[0] * inverse[0], moved[1] * inverse[1], moved[2] * inverse[2]];
             let change = largest_if_finite([q, p, w]);
             if !change.is_finite() {
-                return Err(self.trial.not_finite());
+                return Err(self.trial.not_finite(&self.end));
             }
             let ratio = change / before;
             if sweeps == 1 {
@@ -376,6 +382,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         std::mem::swap(&mut self.trial, &mut self.kept);
         std::mem::swap(&mut self.start, &mut self.end);
         self.kept_h = Some(self.h);
+        self.budget.spend(self.h.to_f64().abs());
     }
 
     /// The coordinates at the end of the trial step.

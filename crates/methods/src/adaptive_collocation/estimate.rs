@@ -17,10 +17,11 @@
 //! resolved and need not be.
 
 use super::engine::Engine;
+use super::limits::Limits;
 use super::stages::weighted;
 use crate::adaptive::largest;
-use crate::kernels::reductions::largest_if_finite;
-use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
+use crate::kernels::reductions::{largest_if_finite, see_size};
+use afterbay_core::{Curvature, Scalar, StepFailure, Vector, larger_or_nan};
 use std::array::from_fn;
 
 /// A defect that this many roundings of the slope, of q and of p may cause counts as noise. A
@@ -44,18 +45,21 @@ impl Defect {
     pub(super) fn share(self) -> f64 {
         if self.largest > 0.0 { (self.largest / self.size).min(1.0) } else { 0.0 }
     }
+
+    /// The largest product of a defect and κ, where κ is at least `kernel`; NaN for a defect that
+    /// is not finite.
+    #[inline(always)]
+    fn error(self, kernel: f64) -> f64 {
+        larger_or_nan(self.unresolved, self.largest * kernel)
+    }
 }
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// The error estimate of the step relative to the error allowed for the whole run. Across a
-    /// kink the error is of the size of the defect.
+    /// The error estimate of the step relative to the allowed one. Across a kink the error is of the
+    /// size of the defect.
     #[inline]
-    pub(super) fn error(
-        &self,
-        n: usize,
-        scales: [f64; 3],
-        smooth: bool,
-    ) -> Result<f64, StepFailure> {
+    pub(super) fn error(&self, n: usize, limits: &Limits) -> Result<f64, StepFailure> {
+        let Limits { scales, share, smooth, least_error, .. } = *limits;
         let [force, velocity, loss] = self.defects(n);
         let length = self.h.to_f64().abs();
         // The factor from the defect to the error at the end: the relative error of the polynomial
@@ -63,14 +67,18 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         // ω, which need not be excited.
         let fastest = self.gauss.response(0.5 * length * self.fastest);
         let kernel = if smooth { force.share().max(velocity.share()).max(fastest) } else { 1.0 };
-        let p = length * (force.largest * kernel).max(force.unresolved);
+        let p = length * force.error(kernel);
         // The error of p is also an error of the velocities. Its effect on q grows over the step.
         let by_p = 0.5 * length * self.inverse_mass * p;
-        let q = (length * (velocity.largest * kernel).max(velocity.unresolved)).max(by_p);
-        let errors = [q / scales[0], p / scales[1]];
-        let w = length * (loss.largest * kernel.max(loss.share())).max(loss.unresolved) / scales[2];
-        let value = largest_if_finite([errors[0], errors[1], w]);
-        if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
+        let q = larger_or_nan(by_p, length * velocity.error(kernel));
+        let w = length * loss.error(kernel.max(loss.share()));
+        let value = largest_if_finite([q / scales[0], p / scales[1], w / scales[2]]);
+        self.relative_error(value / share, least_error)
+    }
+
+    /// The error, at least `least`, or the failure of a step with numbers that are not finite.
+    pub(super) fn relative_error(&self, error: f64, least: f64) -> Result<f64, StepFailure> {
+        if error.is_finite() { Ok(error.max(least)) } else { Err(self.trial.not_finite(&self.end)) }
     }
 
     /// The defects of p', q' and w'. That of q' vanishes if the velocities are the momenta.
@@ -88,23 +96,25 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let change = pairs.fold(0.0_f64, |most, (&a, &b)| most.max((b - a).to_f64().abs()));
         let of_force = self.rates.force(noise) + noise[0] * change / self.h.to_f64().abs();
         let of_velocity = self.inverse_mass * noise[1];
+        let largest_at_ends = ((2 * K + 1) as f64).sqrt();
         // The difference between a slope and its polynomial at both ends, beside its noise.
         let miss = |x: &[V; K], ends: [&V; 2], noise: f64| -> Defect {
-            let mut defect = Defect::default();
+            let (mut defect, mut worst) = (Defect::default(), [0.0; 2]);
             for d in 0..n {
                 let at: [V::Scalar; K] = from_fn(|i| x[i].as_slice()[d]);
                 let turned: [V::Scalar; K] = from_fn(|i| at[K - 1 - i]);
                 let last = (ends[1].as_slice()[d] - weighted(&gauss.end, at)).to_f64().abs();
                 let first = (ends[0].as_slice()[d] - weighted(&gauss.end, turned)).to_f64().abs();
-                let most = last.max(first) / ((2 * K + 1) as f64).sqrt();
+                let most = last.max(first) / largest_at_ends;
                 let size = at.iter().fold(0.0_f64, |size, x| size.max(x.to_f64().abs()));
-                defect.largest = defect.largest.max(most) + 0.0 * (last + first);
+                worst = see_size(see_size(worst, last), first);
                 defect.size = defect.size.max(size);
                 if !self.stiff.uses_newton && most > rounding.mul_add(size, noise) {
                     let error = most * gauss.decay(at, most);
                     defect.unresolved = defect.unresolved.max(error);
                 }
             }
+            defect.largest = (worst[0] + worst[1]) / largest_at_ends;
             defect
         };
         let force = miss(&trial.f, [&start.f, &end.f], of_force);

@@ -21,10 +21,11 @@
 //! about κ, and proportional to 1/z for large z.
 
 use super::engine::Engine;
+use super::limits::Limits;
 use super::stages::weighted;
 use crate::collocation::Response;
 use crate::kernels::reductions::{largest_if_finite, see_size};
-use afterbay_core::{Scalar, StepFailure, Vector};
+use afterbay_core::{Scalar, StepFailure, Vector, larger_or_nan};
 use std::array::from_fn;
 
 /// A defect that this many roundings of q and p may cause counts as noise, which no shorter step
@@ -32,16 +33,14 @@ use std::array::from_fn;
 const DEFECT_ROUNDINGS: f64 = 2.0;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// The error estimate of the step relative to the error allowed for the whole run, of which the
-    /// step is allowed the given part. Across a kink the error is of the size of the remaining
-    /// defect.
+    /// The error estimate of the step relative to the allowed one. Across a kink the error is of the
+    /// size of the remaining defect.
     pub(super) fn error_after_newton(
         &mut self,
         n: usize,
-        scales: [f64; 3],
-        part: f64,
-        smooth: bool,
+        limits: &Limits,
     ) -> Result<f64, StepFailure> {
+        let Limits { scales, share, smooth, least_error, .. } = *limits;
         let [force, velocity, loss] = self.defects(n);
         let kernel = if smooth { force.share().max(velocity.share()) } else { 1.0 };
         let Self { gauss, trial, start, end, h, spare, inverse_mass, .. } = self;
@@ -74,12 +73,12 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let [q_sum, p_sum] = sums.map(|[most, poison]| length * (most + poison));
         let [q, p] = varied.map(|[most, poison]| length * kernel * (most + poison));
         // The error of p is also an error of the velocities. Its effect on q grows over the step.
-        let q = q.max(0.5 * length * *inverse_mass * p);
-        let w = power.max(length * loss.largest * kernel.max(loss.share()));
-        let [q_end, q_sum, q] = [q_end * part, q_sum, q].map(|q| q / scales[0]);
-        let [p_end, p_sum, p] = [p_end * part, p_sum, p].map(|p| p / scales[1]);
+        let q = larger_or_nan(q, 0.5 * length * *inverse_mass * p);
+        let w = larger_or_nan(power, length * loss.largest * kernel.max(loss.share()));
+        let [q_end, q_sum, q] = [q_end * share, q_sum, q].map(|q| q / scales[0]);
+        let [p_end, p_sum, p] = [p_end * share, p_sum, p].map(|p| p / scales[1]);
         let value = largest_if_finite([q_end, q_sum, q, p_end, p_sum, p, w / scales[2]]);
-        if value.is_finite() { Ok(value) } else { Err(self.trial.not_finite()) }
+        self.relative_error(value / share, least_error)
     }
 }
 

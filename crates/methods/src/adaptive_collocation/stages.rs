@@ -8,6 +8,7 @@
 //! If v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j is computed directly. The functions are not
 //! inlined, for the reason given in `points`.
 
+use super::end::End;
 use super::gauss::{Columns, Gauss};
 use crate::kernels::reductions::max_norm;
 use crate::points::{dissipation, gradient};
@@ -219,17 +220,17 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         (1..n).fold((0, moved(0)), |most, j| if moved(j) > most.1 { (j, moved(j)) } else { most }).0
     }
 
-    /// The first force or velocity that is not finite.
+    /// The first force or velocity that is not finite, at the nodes or at the end.
     #[cold]
-    pub(super) fn not_finite(&self) -> StepFailure {
+    pub(super) fn not_finite(&self, end: &End<V>) -> StepFailure {
         let parts = [
-            (Quantity::Force, &self.f),
-            (Quantity::Velocity, &self.v),
-            (Quantity::Reservoir, &self.loss),
+            (Quantity::Force, &self.f, &end.f),
+            (Quantity::Velocity, &self.v, &end.v),
+            (Quantity::Reservoir, &self.loss, &end.loss),
         ];
-        let all = parts
-            .into_iter()
-            .flat_map(|(what, part)| part.iter().map(move |x| (what, x.as_slice())));
+        let all = parts.into_iter().flat_map(|(what, nodes, end)| {
+            nodes.iter().chain([end]).map(move |x| (what, x.as_slice()))
+        });
         StepFailure::non_finite(&all.collect::<Vec<_>>())
     }
 }

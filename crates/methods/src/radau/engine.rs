@@ -11,7 +11,9 @@ use super::equations::Equations;
 use super::share::Share;
 use super::stages::{Columns, Point, Points, Stages};
 use super::tables::Tables;
-use crate::adaptive::{KINK_ORDER, REFUSED_ERROR, Sides, balance_by_motor};
+use crate::adaptive::{
+    KINK_ORDER, Kinks, Passage, REFUSED_ERROR, balance_by_motor, roundings_of_time,
+};
 use afterbay_core::{
     Attempt, Curvature, Effort, InputError, Quad, Scalar, State, StepFailure, System, Tolerance,
     Vector,
@@ -64,7 +66,7 @@ pub(crate) struct Engine<V: Vector, const S: usize> {
     pub(super) eta: f64,
     /// Whether the last attempt was not accepted, or there was none.
     rejected: bool,
-    sides: Sides,
+    kinks: Kinks,
     pub(super) share: Share,
     /// The defect of K at the end of a longer step from this state, near an equilibrium.
     pub(super) last_defect: f64,
@@ -110,7 +112,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             renew: true,
             eta: 1.0,
             rejected: true,
-            sides: Sides::default(),
+            kinks: Kinks::default(),
             share: Share::new(tolerance, span, n - system.motors()),
             last_defect: f64::INFINITY,
         })
@@ -125,11 +127,17 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         state: &State<V>,
     ) -> Result<Attempt, StepFailure> {
         let mut effort = self.begin(system, state);
-        let allowed = self.share.allowed(state);
+        let mut allowed = self.share.allowed(state);
         let shift = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
         let rejected = std::mem::replace(&mut self.rejected, true);
         self.solve(system, h, state, allowed, shift, &mut effort)?;
-        let smooth = !self.passes_kink(system, state);
+        let passage = self.passage(system, state);
+        let smooth = passage == Passage::Smooth;
+        if !smooth {
+            let Self { start, trial, .. } = self;
+            let ends = [[&start.v, &start.f], [&trial.v[S - 1], &trial.f[S - 1]]];
+            allowed.allow_at_least(roundings_of_time(state.t, ends));
+        }
         let mut error = self.estimate(h, allowed, smooth);
         if rejected && error > 1.0 && error.is_finite() {
             error = self.estimate_again(system, h, state, allowed, smooth);
@@ -137,6 +145,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         }
         if !error.is_finite() {
             return Err(self.trial.not_finite());
+        }
+        if passage == Passage::Returned {
+            error = error.max(REFUSED_ERROR);
         }
         if error <= 1.0 {
             match self.balance(system, state, allowed, error)? {
@@ -204,16 +215,17 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         effort
     }
 
-    /// Whether the stages are on both sides of a kink.
-    fn passes_kink<F: System<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) -> bool {
-        if !self.sides.begin(system, state.q.as_slice(), state.p.as_slice()) {
-            return false;
+    /// How the start and the stages pass kinks.
+    fn passage<F: System<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) -> Passage {
+        if !self.kinks.begin(system, state.q.as_slice(), state.p.as_slice()) {
+            return Passage::Smooth;
         }
-        (0..S).any(|stage| {
+        for stage in 0..S {
             self.place(stage, state);
-            let [q, p] = &self.at;
-            self.sides.passed(system, q.as_slice(), p.as_slice())
-        })
+            let Self { kinks, tables, at: [q, p], .. } = self;
+            kinks.add(system, tables.nodes[stage], [q.as_slice(), p.as_slice()]);
+        }
+        self.kinks.passage()
     }
 
     /// Computes the end of a step with too large an error, with K exact if the system is driven.

@@ -45,6 +45,15 @@ pub(super) struct Allowed {
     pub(super) rounding: f64,
 }
 
+impl Allowed {
+    /// Allows at least these errors of q and p for the step.
+    pub(super) fn allow_at_least(&mut self, errors: [f64; 2]) {
+        for (scale, error) in self.scales.iter_mut().zip(errors) {
+            *scale = scale.max(error / self.share);
+        }
+    }
+}
+
 impl Share {
     pub(super) fn new(tolerance: &Tolerance, span: f64, free: usize) -> Self {
         Self { tolerance: *tolerance, span, free, from: None, steps: 0.0, longest: 0.0 }

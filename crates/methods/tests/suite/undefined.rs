@@ -4,7 +4,7 @@ use afterbay_core::{
     DissipationForm, Formulas, FromFormulas, Grid, InputError, IntegrateError, RunError, Scalar,
     State, StateRef, StepFailure, System, Tolerance, f64x8, integrate, integrate_within,
 };
-use afterbay_methods::registry::{METHODS, Setting, bind, find};
+use afterbay_methods::registry::{ADAPTIVE, METHODS, Setting, bind, find};
 use afterbay_methods::{AdaptiveDop853, Composition, Increment, Relaxed};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -190,4 +190,42 @@ fn a_lane_that_is_not_finite_is_said() {
     lanes[3] = f64::NEG_INFINITY;
     let refused = State::new([f64x8::new(lanes)], [f64x8::splat(1.0)]).unwrap_err();
     assert!(refused.to_string().contains("q1 = -inf"), "{refused}");
+}
+
+/// Two oscillators, of which the friction on the first has no value beyond q1 = 1.2.
+struct Ends;
+
+impl Formulas for Ends {
+    fn dof(&self) -> usize {
+        2
+    }
+
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        (q[0] * q[0] + q[1] * q[1]).half()
+    }
+
+    fn dissipation<T: Scalar>(&self, q: &[T], v: &[T], j: usize) -> T {
+        let share = if j == 0 { (T::from_f64(1.2) - q[0]).sqrt() } else { T::one() };
+        T::from_f64(0.1) * v[j] * share
+    }
+}
+
+/// The end of a step may be beyond, though its nodes are not.
+#[test]
+fn no_step_ends_where_friction_has_no_value() {
+    for row in ADAPTIVE {
+        let run = bind(row, Arc::new(FromFormulas(Ends))).unwrap();
+        for start in 0..20 {
+            let p = 1.5 + 0.1 * f64::from(start);
+            let mut state = State::new(vec![0.0, 0.5], vec![p, 0.0]).unwrap();
+            let setting = Setting::Tolerance(Tolerance::all(1e-3), 10.0);
+            let mut show = |_: u64, state: StateRef<'_, f64>| {
+                assert!(state.q[0] <= 1.2, "{} p = {p}: {:?}", row.name, state.q);
+                ControlFlow::Continue(())
+            };
+            let outcome = run.run(setting, &mut state, 1, &mut show);
+            assert!(matches!(outcome, Err(IntegrateError::Run(_))), "{}: {outcome:?}", row.name);
+            assert!(state.q[0] > 1.1, "{} p = {p}: {:?}", row.name, state.q);
+        }
+    }
 }
