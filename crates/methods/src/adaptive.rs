@@ -9,7 +9,7 @@ mod orders;
 mod projection;
 mod rates;
 
-pub(crate) use budget::{Budget, ROUNDINGS, SHARES, largest, scales, sizes};
+pub(crate) use budget::{Budget, ROUNDINGS, SHARES, Sizes, largest, largest_of_first, scales};
 pub(crate) use kinks::{KINK_ORDER, Kinks, Passage, roundings_of_time, time_rounding};
 pub(crate) use noise::{ROUNDING_SUSPECTED_BELOW, is_noise};
 pub(crate) use orders::adaptive_of_orders;

@@ -38,6 +38,7 @@ mod engine;
 mod estimate;
 mod exact;
 mod gauss;
+mod initial_guess;
 mod limits;
 mod newton_estimate;
 mod stages;

@@ -23,13 +23,14 @@ pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
     Budget, KINK_ORDER, Kinks, Passage, Projection, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates,
-    balance_by_motor, is_noise, largest,
+    Sizes, balance_by_motor, is_noise, largest, largest_of_first,
 };
 use crate::commit::not_finite;
 use crate::kernels::reductions::{largest_if_finite, sum};
 use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
 use afterbay_core::{
     Attempt, Curvature, Effort, Scalar, State, StepFailure, System, Tolerance, Vector,
+    larger_or_nan,
 };
 
 /// The weight of the squared ratio of two error estimates in their combination (Hairer, Nørsett,
@@ -69,6 +70,8 @@ pub struct Workspace<V: Vector> {
     /// Whether the step passes no kink.
     smooth: bool,
     kinks: Kinks,
+    /// The number of degrees of freedom without motors.
+    free: usize,
     /// Memory for a point between the start and the end.
     between: [V; 2],
     /// The length of the step.
@@ -105,6 +108,7 @@ impl<V: Vector> Workspace<V> {
             ended: false,
             smooth: true,
             kinks: Kinks::default(),
+            free: n - system.motors(),
             between: [zeros(), zeros()],
             length: 0.0,
             last_defect: f64::INFINITY,
@@ -160,11 +164,25 @@ impl<V: Vector> Workspace<V> {
     /// The distance of two ends of the step with these differences of weights, over h.
     #[inline(always)]
     fn difference(&self, terms: Terms, shares: [f64; 3]) -> f64 {
-        let q = self.stages.largest_sum::<Q>(terms) * shares[0];
-        let p = self.stages.largest_sum::<P>(terms) * shares[1];
-        let dissipative = self.stages.is_dissipative();
-        let w = if dissipative { self.stages.largest_sum::<W>(terms) * shares[2] } else { 0.0 };
-        largest_if_finite([q, p, w])
+        let (stages, all) = (&self.stages, V::LEN.unwrap_or(self.q.as_slice().len()));
+        let w = if stages.is_dissipative() { stages.largest_sum::<W>(terms, 0..all) } else { 0.0 };
+        if self.free < all {
+            return self.difference_of_driven(terms, shares, w);
+        }
+        let q = stages.largest_sum::<Q>(terms, 0..all);
+        let p = stages.largest_sum::<P>(terms, 0..all);
+        largest_if_finite([q * shares[0], p * shares[1], w * shares[2]])
+    }
+
+    /// The same for a system with motors, whose momenta are energies.
+    #[inline(never)]
+    fn difference_of_driven(&self, terms: Terms, shares: [f64; 3], w: f64) -> f64 {
+        let Self { stages, free, .. } = self;
+        let q = stages.largest_sum::<Q>(terms, 0..*free);
+        let p = stages.largest_sum::<P>(terms, 0..*free);
+        let supplied = stages.largest_sum::<P>(terms, *free..self.p.as_slice().len());
+        let energies = larger_or_nan(w, supplied);
+        largest_if_finite([q * shares[0], p * shares[1], energies * shares[2]])
     }
 
     /// The target value of H at the end.
@@ -241,11 +259,14 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         (self.length, self.ended) = (h.to_f64().abs(), false);
-        let mut errors_allowed = self.budget.allowed_of_equal_steps(state, self.length);
+        let sizes = Sizes::of(state, self.energy, self.free);
+        let budget = &self.budget;
+        let mut errors_allowed = budget.allowed_of_equal_steps::<V::Scalar>(sizes, self.length);
         // If forces cancel, as in a long chain, roundings of q change the slopes of p by much more
         // than the roundings of these slopes.
-        let force = self.rates.force([largest(&state.q), largest(&state.p)]);
-        let slope = V::Scalar::EPSILON * force.max(largest(&self.stages.start));
+        let force = self.rates.force([sizes.q, sizes.p]);
+        let start = largest_of_first(&self.stages.start, self.free);
+        let slope = V::Scalar::EPSILON * force.max(start);
         let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length;
         errors_allowed[1] = errors_allowed[1].max(rounding);
         self.stages.advance::<B, S>(system, h, state);

@@ -1,4 +1,7 @@
 //! The error allowed for a step, given the tolerance of the run.
+//!
+//! Errors are those of q, of p, and of energies. Energies are w, and the momenta of motors, which
+//! account for the energy of a drive. The coordinates of motors are times, which have no error.
 
 use crate::kernels::reductions::see_size;
 use afterbay_core::{Scalar, State, Tolerance, Vector, larger_or_nan};
@@ -62,25 +65,13 @@ impl Budget {
         if self.span > 0.0 { self.rate * (self.passed + length) * self.next } else { SHARES }
     }
 
-    /// The errors of q, p and w allowed for a step of this length, by [`Self::equal_share`], and at
-    /// least a few roundings.
+    /// The errors of q, p and energies allowed for a step of this length, by [`Self::equal_share`],
+    /// and at least a few roundings of the `sizes` of the state.
     #[inline]
-    pub(crate) fn allowed_of_equal_steps<V: Vector>(
-        &self,
-        state: &State<V>,
-        length: f64,
-    ) -> [f64; 3] {
+    pub(crate) fn allowed_of_equal_steps<T: Scalar>(&self, sizes: Sizes, length: f64) -> [f64; 3] {
         let share = self.equal_share(length);
-        let Tolerance { relative, absolute, w_relative, w_absolute } = self.tolerance;
-        let allowed = |size: f64, relative: f64, absolute: f64| {
-            (share * (relative * size + absolute)).max(ROUNDINGS * V::Scalar::EPSILON * size)
-        };
-        let [size_q, size_p, size_w] = sizes(state, self.free);
-        [
-            allowed(size_q, relative, absolute),
-            allowed(size_p, relative, absolute),
-            allowed(size_w, w_relative, w_absolute),
-        ]
+        let rounding = ROUNDINGS * T::EPSILON / share;
+        scales(&self.tolerance, sizes, rounding).map(|scale| share * scale)
     }
 
     /// Counts an accepted step.
@@ -91,35 +82,65 @@ impl Budget {
         self.next = (self.steps + 1.0).recip();
     }
 
-    /// The errors of q, p and w allowed at the end of the run, of which the given share is allowed
-    /// for a step. A step is always allowed a few roundings of the state.
+    /// The errors of q, p and energies allowed at the end of the run, of which the given share is
+    /// allowed for a step from `state`, at which H is `energy`. A step is always allowed a few
+    /// roundings.
     #[inline]
-    pub(crate) fn scales<V: Vector>(&self, state: &State<V>, share: f64) -> [f64; 3] {
+    pub(crate) fn scales<V: Vector>(
+        &self,
+        state: &State<V>,
+        energy: V::Scalar,
+        share: f64,
+    ) -> [f64; 3] {
         let rounding = ROUNDINGS * V::Scalar::EPSILON / share;
-        scales(&self.tolerance, sizes(state, self.free), rounding)
+        scales(&self.tolerance, Sizes::of(state, energy, self.free), rounding)
     }
 }
 
-/// max |q_j| of the first `free` degrees of freedom, max |p_j| and max |w_j|.
-#[inline(always)]
-pub(crate) fn sizes<V: Vector>(state: &State<V>, free: usize) -> [f64; 3] {
-    [largest_of_first(&state.q, free), largest(&state.p), largest(&state.w)]
+/// The sizes of a state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sizes {
+    /// max |q_j| and max |p_j|, without motors.
+    pub(crate) q: f64,
+    pub(crate) p: f64,
+    /// The largest |w_j| or momentum of a motor.
+    energies: f64,
+    /// The larger of this and |H|: the rounding of an energy is that of the largest. An empty
+    /// reservoir would need any number of steps otherwise.
+    rounded_energies: f64,
 }
 
-/// The errors of q, p and w that a tolerance allows at these sizes, at least `rounding` times the
-/// size.
+impl Sizes {
+    /// The sizes of `state`, at which H is `energy`, with `free` degrees of freedom before motors.
+    #[inline(always)]
+    pub(crate) fn of<V: Vector>(state: &State<V>, energy: V::Scalar, free: usize) -> Self {
+        let [q, p] = [&state.q, &state.p].map(|x| largest_of_first(x, free));
+        let mut energies = largest(&state.w);
+        if free < V::LEN.unwrap_or(state.dof()) {
+            let supplied = state.p.as_slice()[free..].iter();
+            energies = supplied.fold(energies, |most, p| larger_or_nan(most, p.to_f64().abs()));
+        }
+        let rounded_energies = energy.to_f64().abs().max(energies);
+        Self { q, p, energies, rounded_energies }
+    }
+}
+
+/// The errors of q, p and energies that a tolerance allows at these sizes, at least `rounding`
+/// times the size.
 #[inline(always)]
-pub(crate) fn scales(tolerance: &Tolerance, sizes: [f64; 3], rounding: f64) -> [f64; 3] {
+pub(crate) fn scales(tolerance: &Tolerance, sizes: Sizes, rounding: f64) -> [f64; 3] {
     let &Tolerance { relative, absolute, w_relative, w_absolute } = tolerance;
-    let scale =
-        |size: f64, relative: f64, absolute: f64| (relative * size + absolute).max(rounding * size);
-    let [q, p, w] = sizes;
-    [scale(q, relative, absolute), scale(p, relative, absolute), scale(w, w_relative, w_absolute)]
+    let Sizes { q, p, energies, rounded_energies } = sizes;
+    [
+        (relative * q + absolute).max(rounding * q),
+        (relative * p + absolute).max(rounding * p),
+        (w_relative * energies + w_absolute).max(rounding * rounded_energies),
+    ]
 }
 
 /// max |x_j| over the first `count` entries, or NaN if one of them is not finite.
 #[inline(always)]
-fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
+pub(crate) fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
     let entries = x.as_slice();
     if count == entries.len() {
         return largest(x);

@@ -4,7 +4,7 @@
 //! its defect, but across a kink by the defect itself. An estimate that is raised to the order of
 //! the step misses this error, since the larger terms of the smooth parts hide it.
 
-use super::budget::largest;
+use super::budget::largest_of_first;
 use afterbay_core::{Scalar, System, Vector, larger_or_nan};
 
 /// The power of h that relates the errors of two steps across a kink, if the second derivative of
@@ -26,12 +26,16 @@ pub(crate) fn time_rounding<T: Scalar>(t: T) -> f64 {
 }
 
 /// The changes of q and p in the roundings of t to which the time of a kink is known, for slopes
-/// `[q', p']` at the start and at the end of the step. No step across a jump of the force is short
-/// enough for errors below them.
+/// `[q', p']` at the start and at the end of the step, of the first `free` degrees of freedom. No
+/// step across a jump of the force is short enough for errors below them.
 #[cold]
-pub(crate) fn roundings_of_time<V: Vector>(t: V::Scalar, slopes: [[&V; 2]; 2]) -> [f64; 2] {
+pub(crate) fn roundings_of_time<V: Vector>(
+    t: V::Scalar,
+    slopes: [[&V; 2]; 2],
+    free: usize,
+) -> [f64; 2] {
     let known = time_rounding(t);
-    let [[v0, f0], [v1, f1]] = slopes.map(|ends| ends.map(largest));
+    let [[v0, f0], [v1, f1]] = slopes.map(|ends| ends.map(|x| largest_of_first(x, free)));
     [larger_or_nan(v0, v1), larger_or_nan(f0, f1)].map(|slope| known * slope)
 }
 

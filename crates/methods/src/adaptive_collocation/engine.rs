@@ -8,7 +8,7 @@
 
 use super::end::End;
 use super::gauss::{Columns, Gauss};
-use super::stages::{NOISE_ROUNDINGS, Stages, extrapolate, weighted};
+use super::stages::{NOISE_ROUNDINGS, Stages, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{
     Budget, Kinks, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, balance_by_motor,
@@ -51,18 +51,20 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     pub(super) gauss: Gauss<V::Scalar, K>,
     /// The stages of the current trial step, and of the last accepted one.
     pub(super) trial: Stages<V, K>,
-    kept: Stages<V, K>,
+    pub(super) kept: Stages<V, K>,
     pub(super) end: End<V>,
     pub(super) start: End<V>,
-    zero: V,
+    pub(super) zero: V,
+    /// The number of degrees of freedom without motors.
+    pub(super) free: usize,
     pub(super) unit_mass: bool,
     /// The lengths of the trial step and of the last accepted one, if any.
     pub(super) h: V::Scalar,
-    kept_h: Option<V::Scalar>,
+    pub(super) kept_h: Option<V::Scalar>,
     /// The matrix that extrapolates the accepted step, and the offset, ratio and count it belongs
     /// to.
-    extrapolation: Columns<V::Scalar, K>,
-    extrapolation_for: Option<(V::Scalar, V::Scalar, usize)>,
+    pub(super) extrapolation: Columns<V::Scalar, K>,
+    pub(super) extrapolation_for: Option<(V::Scalar, V::Scalar, usize)>,
     pub(super) stiff: Stiffness,
     /// An estimate of the largest frequency, and the memory for computing it.
     pub(super) fastest: f64,
@@ -71,7 +73,7 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     pub(super) rates: Rates<V>,
     /// The geometric mean of the contraction factors of the last step's sweeps.
     pub(super) contraction: f64,
-    /// The changes of q and p at the nodes in the last sweep.
+    /// The changes of q and p at the nodes in the last sweep, without motors.
     pub(super) moved: [f64; 2],
     pub(super) kinks: Kinks,
     pub(super) budget: Budget,
@@ -94,6 +96,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             end: End::new(n),
             start: End::new(n),
             zero: V::zeros(n),
+            free: n - system.motors(),
             unit_mass: system.unit_mass(),
             h: V::Scalar::zero(),
             kept_h: None,
@@ -126,7 +129,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             self.start.energy = state.energy(system);
         }
         let share = self.budget.share_of(h.to_f64().abs());
-        let scales = self.budget.scales(state, share);
+        let scales = self.budget.scales(state, self.start.energy, share);
         self.h = h;
         self.initial_guess(h, state, false);
         if self.stiff.uses_newton {
@@ -137,6 +140,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     }
 
     /// Solves the equations to rounding.
+    #[cold]
     fn attempt_by_newton<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
@@ -148,17 +152,13 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         self.see_fastest(system);
         let limits = self.limits(system, state, scales, share);
         let newton = self.spare.as_ref().is_some_and(|spare| spare.solved_by_newton());
-        let error = if newton {
-            self.error_after_newton(state.dof(), &limits)?
-        } else {
-            self.error(state.dof(), &limits)?
-        };
+        let error = if newton { self.error_after_newton(&limits)? } else { self.error(&limits)? };
         self.stiff.record_newton(self.h.to_f64().abs());
         Ok(Attempt { error, order: limits.order, largest_growth: f64::INFINITY, effort })
     }
 
     /// Solves the equations by sweeps, to the accuracy that the tolerance requires.
-    #[inline]
+    #[inline(always)]
     fn attempt_by_sweeps<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
@@ -176,7 +176,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         self.finish(system, state);
         self.see_fastest(system);
         let limits = self.limits(system, state, scales, share);
-        let mut error = self.error(state.dof(), &limits)?;
+        let mut error = self.error(&limits)?;
         if error <= 1.0 {
             match self.restore(system, before, limits.scales, limits.share) {
                 Ok(()) => {}
@@ -219,7 +219,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         to: &mut State<V>,
     ) -> Result<Effort, StepFailure> {
         let share = self.budget.share_of(h.to_f64().abs());
-        let scales = self.budget.scales(before, share);
+        let scales = self.budget.scales(before, before.energy(system), share);
         self.h = h;
         self.initial_guess(h, before, true);
         let mut effort = Effort::default();
@@ -240,67 +240,6 @@ impl<V: Vector, const K: usize> Engine<V, K> {
 
     fn spent(sweeps: u32) -> Effort {
         Effort { evaluations: u64::from(sweeps) * K as u64, iterations: u64::from(sweeps) }
-    }
-
-    /// Initialises the stages from the polynomial of the accepted step, truncated to its reliable
-    /// coefficients, or from a constant.
-    #[inline]
-    fn initial_guess(&mut self, h: V::Scalar, state: &State<V>, again: bool) {
-        if let Some(length) = self.kept_h {
-            let ratio = h / length;
-            let offset = if again { V::Scalar::zero() } else { V::Scalar::one() };
-            let count = if again { K } else { self.trusted(ratio.to_f64()) };
-            if self.extrapolation_for != Some((offset, ratio, count)) {
-                self.extrapolation = self.gauss.extrapolation(offset, ratio, count);
-                self.extrapolation_for = Some((offset, ratio, count));
-            }
-            extrapolate(&self.extrapolation, &self.zero, &self.kept.f, &mut self.trial.f);
-            if !self.unit_mass {
-                extrapolate(&self.extrapolation, &self.zero, &self.kept.v, &mut self.trial.v);
-            }
-        } else {
-            for i in 0..K {
-                self.trial.f[i].as_mut_slice().copy_from_slice(self.start.f.as_slice());
-                self.trial.v[i].as_mut_slice().copy_from_slice(self.start.v.as_slice());
-            }
-        }
-        if !self.unit_mass {
-            self.trial.place_q(&self.gauss, h, state);
-        }
-    }
-
-    /// The number of coefficients of the forces that are worth extrapolating: P_j grows outside [0,
-    /// 1].
-    #[inline]
-    fn trusted(&self, ratio: f64) -> usize {
-        let n = self.zero.as_slice().len();
-        let mut sizes = [0.0_f64; K];
-        // A sample of the degrees of freedom.
-        for d in (0..n).step_by(n.div_ceil(8)) {
-            let mut modes = [V::Scalar::zero(); K];
-            for j in 0..K {
-                let f = self.kept.f[j].as_slice()[d];
-                for (mode, row) in modes.iter_mut().zip(&self.gauss.modes) {
-                    *mode = row[j].mul_add(f, *mode);
-                }
-            }
-            for (size, mode) in sizes.iter_mut().zip(modes) {
-                *size = size.max(mode.abs().to_f64());
-            }
-        }
-        let x = 1.0 + 2.0 * ratio;
-        let (mut before, mut at) = (1.0, x);
-        let (mut least, mut count) = (f64::INFINITY, K);
-        for (l, size) in sizes.into_iter().enumerate().skip(1) {
-            let term = size * at * ((2 * l + 1) as f64).sqrt();
-            if term < least {
-                (least, count) = (term, l);
-            }
-            let l = l as f64;
-            (before, at) = (at, ((2.0 * l + 1.0) * x * at - l * before) / (l + 1.0));
-        }
-        // If the coefficients still decrease at the end, all are used.
-        if count == K - 1 { K } else { count }
     }
 
     /// Sweeps until the remaining error is small relative to the allowed one.
@@ -337,7 +276,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let n = f64::from(2 * sweeps);
             let rate = ratio.min(1.0).max((phase * phase / ((n + 1.0) * (n + 2.0))).min(1.0));
             let stalls = sweeps > 3 && ratio > STALLED;
-            let is_noise = || stalls || self.trial.are_roundings(moved, h, state);
+            let is_noise = || stalls || self.trial.are_roundings(moved, h, state, self.free);
             if change * rate <= SOLVER_SHARE * share || (change <= noise && is_noise()) {
                 self.contraction = if sweeps == 1 {
                     0.0

@@ -19,10 +19,11 @@
 use super::engine::Engine;
 use super::limits::Limits;
 use super::stages::weighted;
-use crate::adaptive::largest;
+use crate::adaptive::largest_of_first;
 use crate::kernels::reductions::{largest_if_finite, see_size};
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector, larger_or_nan};
 use std::array::from_fn;
+use std::ops::Range;
 
 /// A defect that this many roundings of the slope, of q and of p may cause counts as noise. A
 /// choice.
@@ -46,6 +47,15 @@ impl Defect {
         if self.largest > 0.0 { (self.largest / self.size).min(1.0) } else { 0.0 }
     }
 
+    /// The larger of two defects.
+    fn or(self, other: Self) -> Self {
+        Self {
+            largest: larger_or_nan(self.largest, other.largest),
+            size: self.size.max(other.size),
+            unresolved: self.unresolved.max(other.unresolved),
+        }
+    }
+
     /// The largest product of a defect and κ, where κ is at least `kernel`; NaN for a defect that
     /// is not finite.
     #[inline(always)]
@@ -58,9 +68,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     /// The error estimate of the step relative to the allowed one. Across a kink the error is of the
     /// size of the defect.
     #[inline]
-    pub(super) fn error(&self, n: usize, limits: &Limits) -> Result<f64, StepFailure> {
+    pub(super) fn error(&self, limits: &Limits) -> Result<f64, StepFailure> {
         let Limits { scales, share, smooth, least_error, .. } = *limits;
-        let [force, velocity, loss] = self.defects(n);
+        let [force, velocity, power] = self.defects();
         let length = self.h.to_f64().abs();
         // The factor from the defect to the error at the end: the relative error of the polynomial
         // of the slopes, or the response √(2K+1) j_K(h ω/2) of the fastest oscillation of frequency
@@ -71,7 +81,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         // The error of p is also an error of the velocities. Its effect on q grows over the step.
         let by_p = 0.5 * length * self.inverse_mass * p;
         let q = larger_or_nan(by_p, length * velocity.error(kernel));
-        let w = length * loss.error(kernel.max(loss.share()));
+        let w = length * power.error(kernel.max(power.share()));
         let value = largest_if_finite([q / scales[0], p / scales[1], w / scales[2]]);
         self.relative_error(value / share, least_error)
     }
@@ -81,26 +91,32 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if error.is_finite() { Ok(error.max(least)) } else { Err(self.trial.not_finite(&self.end)) }
     }
 
-    /// The defects of p', q' and w'. That of q' vanishes if the velocities are the momenta.
+    /// The defects of p', of q', and of the slopes of energies. That of q' vanishes if the
+    /// velocities are the momenta.
     #[inline(always)]
-    pub(super) fn defects(&self, n: usize) -> [Defect; 3] {
-        let Self { gauss, trial, start, end, unit_mass, .. } = self;
+    pub(super) fn defects(&self) -> [Defect; 3] {
+        let Self { gauss, trial, start, end, unit_mass, free, .. } = self;
+        let (n, free) = (V::LEN.unwrap_or(end.q.as_slice().len()), *free);
         let rounding = NOISE_ROUNDINGS * V::Scalar::EPSILON;
         let noise = [
-            rounding.mul_add(largest(&end.q), self.moved[0]),
-            rounding.mul_add(largest(&end.p), self.moved[1]),
+            rounding.mul_add(largest_of_first(&end.q, free), self.moved[0]),
+            rounding.mul_add(largest_of_first(&end.p, free), self.moved[1]),
         ];
-        // A rounding of the time, which is a coordinate of a driven system, changes the force at
-        // the rate at which it changes over the step.
-        let pairs = start.f.as_slice().iter().zip(end.f.as_slice());
+        // A rounding of the time, which is the coordinate of a motor, changes the force at the rate
+        // at which it changes over the step.
+        let time = end.q.as_slice()[free..].iter();
+        let time = time.fold(0.0_f64, |most, t| most.max(t.to_f64().abs()));
+        let pairs = start.f.as_slice()[..free].iter().zip(&end.f.as_slice()[..free]);
         let change = pairs.fold(0.0_f64, |most, (&a, &b)| most.max((b - a).to_f64().abs()));
-        let of_force = self.rates.force(noise) + noise[0] * change / self.h.to_f64().abs();
+        let of_time = rounding * time * change / self.h.to_f64().abs();
+        let of_force = self.rates.force(noise) + of_time;
         let of_velocity = self.inverse_mass * noise[1];
         let largest_at_ends = ((2 * K + 1) as f64).sqrt();
         // The difference between a slope and its polynomial at both ends, beside its noise.
-        let miss = |x: &[V; K], ends: [&V; 2], noise: f64| -> Defect {
+        let miss = |x: &[V; K], ends: [&V; 2], noise: f64, entries: Range<usize>| -> Defect {
             let (mut defect, mut worst) = (Defect::default(), [0.0; 2]);
-            for d in 0..n {
+            // A constant number of entries lets the loop be unrolled.
+            for d in (0..n).filter(|d| entries.contains(d)) {
                 let at: [V::Scalar; K] = from_fn(|i| x[i].as_slice()[d]);
                 let turned: [V::Scalar; K] = from_fn(|i| at[K - 1 - i]);
                 let last = (ends[1].as_slice()[d] - weighted(&gauss.end, at)).to_f64().abs();
@@ -117,15 +133,18 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             defect.largest = (worst[0] + worst[1]) / largest_at_ends;
             defect
         };
-        let force = miss(&trial.f, [&start.f, &end.f], of_force);
+        let forces = [&start.f, &end.f];
+        let force = miss(&trial.f, forces, of_force, 0..free);
         let velocity = if *unit_mass {
             Defect::default()
         } else {
-            miss(&trial.v, [&start.v, &end.v], of_velocity)
+            miss(&trial.v, [&start.v, &end.v], of_velocity, 0..free)
         };
-        let of_loss = of_force * largest(&end.v);
-        let loss = miss(&trial.loss, [&start.loss, &end.loss], of_loss);
-        [force, velocity, loss]
+        let of_power = of_force * largest_of_first(&end.v, free);
+        let loss = miss(&trial.loss, [&start.loss, &end.loss], of_power, 0..n);
+        let power =
+            if free < n { loss.or(miss(&trial.f, forces, of_power, free..n)) } else { loss };
+        [force, velocity, power]
     }
 
     /// Estimates the frequencies at the end of the step, an upper bound if H is separable, and the

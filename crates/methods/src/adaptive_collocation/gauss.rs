@@ -1,6 +1,7 @@
 //! The tables of Gauss collocation with K nodes on [0, 1], which represents a polynomial of degree
 //! K - 1 by its values at the nodes.
 
+use super::stages::weighted;
 use crate::legendre::{MODES, gauss, integrals, narrow, values};
 use afterbay_core::{Quad, Scalar};
 use std::array::from_fn;
@@ -101,7 +102,7 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
     /// P_0 .. P_{K-1}, by l, at the nodes of an interval whose length is `ratio` and whose start is
     /// `offset`, in units of this interval.
     #[inline(always)]
-    fn basis(&self, offset: T, ratio: T) -> [[T; K]; K] {
+    pub(super) fn basis(&self, offset: T, ratio: T) -> [[T; K]; K] {
         let two = T::one() + T::one();
         let x: [T; K] = from_fn(|i| (ratio * two).mul_add(self.nodes[i], offset * two - T::one()));
         let mut l = [[T::one(); K]; K];
@@ -114,6 +115,21 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
             }
         }
         l
+    }
+
+    /// The values at the nodes of another interval, with this basis, of the polynomial with values f
+    /// at the nodes, truncated to `count` coefficients.
+    #[inline(always)]
+    pub(super) fn extended(&self, basis: &[[T; K]; K], count: usize, f: [T; K]) -> [T; K] {
+        let mut ahead = [T::zero(); K];
+        for (l, (basis, modes)) in basis.iter().zip(&self.modes).enumerate().take(count) {
+            let norm = T::from_f64(((2 * l + 1) as f64).sqrt());
+            let coefficient = norm * weighted(modes, f);
+            for i in 0..K {
+                ahead[i] = coefficient.mul_add(basis[i], ahead[i]);
+            }
+        }
+        ahead
     }
 
     /// The matrix that maps values at the nodes to those on another interval, of the same
@@ -150,12 +166,14 @@ mod tests {
                 let apply = |columns: &Columns<f64, K>, i: usize| -> f64 {
                     (0..K).map(|j| columns[j][i] * power[j]).sum()
                 };
+                let extended = gauss.extended(&gauss.basis(1.0, 0.5), K, power);
                 let m = n as f64;
                 for (i, &x) in gauss.nodes.iter().enumerate() {
                     let once = x.powi(n as i32 + 1) / (m + 1.0);
                     assert!((apply(&gauss.once, i) - once).abs() < 1e-15, "{K} {n}");
                     let later = (1.0 + 0.5 * x).powi(n as i32);
                     assert!((apply(&ahead, i) - later).abs() < 1e-10, "{K} {n} {later}");
+                    assert!((extended[i] - later).abs() < 1e-10, "{K} {n} {later}");
                     if n + 1 < K {
                         let twice = x.powi(n as i32 + 2) / ((m + 1.0) * (m + 2.0));
                         assert!((apply(&gauss.twice, i) - twice).abs() < 1e-15, "{K} {n}");

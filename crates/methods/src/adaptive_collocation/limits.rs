@@ -7,7 +7,7 @@ use afterbay_core::{Curvature, Scalar, State, Vector};
 /// The errors allowed for a step and the order of its error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// The errors of q, p and w allowed at the end of the run.
+    /// The errors of q, p and energies allowed at the end of the run.
     pub(super) scales: [f64; 3],
     /// The share of them allowed for this step.
     pub(super) share: f64,
@@ -23,7 +23,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     ///
     /// A step across a kink is short because of the kink, so that its share is that of a step of
     /// mean length. A step that may pass a kink and return is refused.
-    #[inline]
+    #[inline(always)]
     pub(super) fn limits<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &S,
@@ -31,14 +31,24 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         scales: [f64; 3],
         share: f64,
     ) -> Limits {
-        let passage = self.passage(system, state);
-        if passage == Passage::Smooth {
-            return Limits { scales, share, smooth: true, order: 2 * K as u32, least_error: 0.0 };
+        let smooth = Limits { scales, share, smooth: true, order: 2 * K as u32, least_error: 0.0 };
+        if !self.kinks.begin(system, state.q.as_slice(), state.p.as_slice()) {
+            return smooth;
         }
+        match self.passage(system) {
+            Passage::Smooth => smooth,
+            passage => self.limits_across(passage, state, share),
+        }
+    }
+
+    /// The limits of a step across a kink.
+    #[cold]
+    fn limits_across(&self, passage: Passage, state: &State<V>, share: f64) -> Limits {
         let share = share.max(self.budget.equal_share(self.h.to_f64().abs()));
-        let mut scales = self.budget.scales(state, share);
-        let Self { start, end, .. } = self;
-        let least = roundings_of_time(state.t, [[&start.v, &start.f], [&end.v, &end.f]]);
+        let mut scales = self.budget.scales(state, self.start.energy, share);
+        let Self { start, end, free, .. } = self;
+        let slopes = [[&start.v, &start.f], [&end.v, &end.f]];
+        let least = roundings_of_time(state.t, slopes, *free);
         for (scale, least) in scales.iter_mut().zip(least) {
             *scale = scale.max(least / share);
         }
@@ -47,15 +57,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     }
 
     /// How the start, the nodes and the end of the step pass kinks.
-    fn passage<S: Curvature<V::Scalar> + ?Sized>(
-        &mut self,
-        system: &S,
-        state: &State<V>,
-    ) -> Passage {
+    #[cold]
+    fn passage<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> Passage {
         let Self { kinks, gauss, trial, end, .. } = self;
-        if !kinks.begin(system, state.q.as_slice(), state.p.as_slice()) {
-            return Passage::Smooth;
-        }
         for ((&node, q), p) in gauss.nodes.iter().zip(&trial.q).zip(&trial.p) {
             kinks.add(system, node, [q.as_slice(), p.as_slice()]);
         }

@@ -35,15 +35,11 @@ const DEFECT_ROUNDINGS: f64 = 2.0;
 impl<V: Vector, const K: usize> Engine<V, K> {
     /// The error estimate of the step relative to the allowed one. Across a kink the error is of the
     /// size of the remaining defect.
-    pub(super) fn error_after_newton(
-        &mut self,
-        n: usize,
-        limits: &Limits,
-    ) -> Result<f64, StepFailure> {
+    pub(super) fn error_after_newton(&mut self, limits: &Limits) -> Result<f64, StepFailure> {
         let Limits { scales, share, smooth, least_error, .. } = *limits;
-        let [force, velocity, loss] = self.defects(n);
+        let [force, velocity, losses] = self.defects();
         let kernel = if smooth { force.share().max(velocity.share()) } else { 1.0 };
-        let Self { gauss, trial, start, end, h, spare, inverse_mass, .. } = self;
+        let Self { gauss, trial, start, end, h, spare, inverse_mass, free, .. } = self;
         let (length, epsilon) = (h.to_f64().abs(), V::Scalar::EPSILON);
         let norm = ((2 * K + 1) as f64).sqrt().recip();
         // The errors over h: of q, p and w; those of q and p that add up; those of q and p due to
@@ -62,11 +58,21 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let respond = |d: usize, Response { ends: [q, p], slopes, friction }: Response| {
                 let at = |x: &V| x.as_slice()[d].to_f64();
                 let power = q * (at(&point.f) - at(&point.hq)) + friction * at(&point.v);
-                see(&mut ends, [q, p, power]);
-                see(&mut varied, slopes);
+                if d < *free {
+                    see(&mut ends, [q, p, power]);
+                    see(&mut varied, slopes);
+                } else {
+                    // The momentum of a motor is an energy.
+                    see(&mut ends, [0.0, 0.0, p]);
+                }
             };
             if let Some(spare) = spare {
-                spare.respond(roundings, defects, respond, |errors| see(&mut sums, errors));
+                let add_up = |d: usize, errors| {
+                    if d < *free {
+                        see(&mut sums, errors);
+                    }
+                };
+                spare.respond(roundings, defects, respond, add_up);
             }
         }
         let [q_end, p_end, power] = ends.map(|[most, poison]| length * (most + poison));
@@ -74,7 +80,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let [q, p] = varied.map(|[most, poison]| length * kernel * (most + poison));
         // The error of p is also an error of the velocities. Its effect on q grows over the step.
         let q = larger_or_nan(q, 0.5 * length * *inverse_mass * p);
-        let w = larger_or_nan(power, length * loss.largest * kernel.max(loss.share()));
+        let w = larger_or_nan(power, length * losses.largest * kernel.max(losses.share()));
         let [q_end, q_sum, q] = [q_end * share, q_sum, q].map(|q| q / scales[0]);
         let [p_end, p_sum, p] = [p_end * share, p_sum, p].map(|p| p / scales[1]);
         let value = largest_if_finite([q_end, q_sum, q, p_end, p_sum, p, w / scales[2]]);

@@ -10,9 +10,9 @@
 
 use super::end::End;
 use super::gauss::{Columns, Gauss};
-use crate::kernels::reductions::max_norm;
+use crate::kernels::reductions::{max_norm, see_size};
 use crate::points::{dissipation, gradient};
-use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector};
+use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector, larger_or_nan};
 use std::array::from_fn;
 
 /// The change in a sweep that is rounding, in roundings of the entries. A choice.
@@ -128,7 +128,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
             .place(&self.v, &mut self.q);
     }
 
-    /// Takes one sweep. Returns the largest changes of q, p and w.
+    /// Takes one sweep. Returns the largest changes of q, p and energies.
     #[inline]
     pub(super) fn sweep<S: System<V::Scalar> + ?Sized>(
         &mut self,
@@ -142,7 +142,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         let steps = gauss.nodes.map(|t| h * t);
         Position { columns: &gauss.once, start: &state.p, rate: None, factor: -h }.place(f, p);
         let mut moved_q = 0.0;
-        let weights = &gauss.weights;
+        let (weights, free) = (&gauss.weights, n - system.motors());
         if system.unit_mass() {
             let rate = Some((&state.p, steps));
             Position { columns: &gauss.twice, start: &state.q, rate, factor: -(h * h) }.place(f, q);
@@ -151,36 +151,49 @@ impl<V: Vector, const K: usize> Stages<V, K> {
             add(hq, d);
         } else {
             gradient(system, q, p, hq, hp);
-            exchange(weights, hp, v);
+            exchange(weights, hp, v, free);
             Position { columns: &gauss.once, start: &state.q, rate: None, factor: h }.place(v, q);
             gradient(system, q, p, hq, hp);
-            moved_q = exchange(weights, hp, v);
+            [moved_q, _] = exchange(weights, hp, v, free);
             dissipation(system, q, p, v, d);
             add(hq, d);
         }
-        let moved_p = exchange(weights, hq, f);
+        let [moved_p, supplied] = exchange(weights, hq, f, free);
         let moved_w = if system.dissipation_form().zero {
             0.0
         } else {
             multiply(d, if system.unit_mass() { p } else { v }, n);
-            exchange(weights, d, loss)
+            exchange(weights, d, loss, n)[0]
         };
         let length = h.to_f64().abs();
-        [length * moved_q, length * moved_p, length * moved_w]
+        if system.unit_mass() {
+            // q follows from the forces without the velocities.
+            moved_q = 0.5 * length * moved_p;
+        }
+        [length * moved_q, length * moved_p, length * larger_or_nan(moved_w, supplied)]
     }
 
-    /// Whether changes of q, p and w in a sweep are roundings of their sizes in the step. The
-    /// tolerance does not show this: where an entry is far below the largest of the run, the error
-    /// allowed for it is far above its rounding.
-    pub(super) fn are_roundings(&self, moved: [f64; 3], h: V::Scalar, state: &State<V>) -> bool {
-        let size = |start: &V, at: &V| max_norm(start.as_slice()).max(max_norm(at.as_slice()));
+    /// Whether changes of q, p and energies in a sweep are roundings of their sizes in the step,
+    /// with `free` degrees of freedom before motors. The tolerance does not show this: where an
+    /// entry is far below the largest of the run, the error allowed for it is far above its
+    /// rounding.
+    pub(super) fn are_roundings(
+        &self,
+        moved: [f64; 3],
+        h: V::Scalar,
+        state: &State<V>,
+        free: usize,
+    ) -> bool {
         let last = K - 1;
+        let [q, p] = [(&state.q, &self.q[last]), (&state.p, &self.p[last])].map(|(start, at)| {
+            let ((start, supplied), at) = (start.as_slice().split_at(free), at.as_slice());
+            [
+                max_norm(start).max(max_norm(&at[..free])),
+                max_norm(supplied).max(max_norm(&at[free..])),
+            ]
+        });
         let gain = h.to_f64().abs() * max_norm(self.loss[last].as_slice());
-        let sizes = [
-            size(&state.q, &self.q[last]),
-            size(&state.p, &self.p[last]),
-            max_norm(state.w.as_slice()).max(gain),
-        ];
+        let sizes = [q[0], p[0], max_norm(state.w.as_slice()).max(gain).max(p[1])];
         let largest = NOISE_ROUNDINGS * V::Scalar::EPSILON;
         moved.iter().zip(sizes).all(|(&moved, size)| moved <= largest * size)
     }
@@ -255,21 +268,18 @@ fn multiply<V: Vector, const K: usize>(to: &mut [V; K], v: &[V; K], n: usize) {
     }
 }
 
-/// Copies `from` to `to`. Returns the largest Σ b_i |change| of a degree of freedom, or NaN if an
-/// entry is not finite.
+/// Copies `from` to `to`. Returns the largest Σ b_i |change| of the first `free` degrees of freedom
+/// and of the others, each NaN if an entry is not finite.
 #[inline(never)]
 fn exchange<V: Vector, const K: usize>(
     weights: &[V::Scalar; K],
     from: &[V; K],
     to: &mut [V; K],
-) -> f64 {
+    free: usize,
+) -> [f64; 2] {
     let n = V::LEN.unwrap_or(from[0].as_slice().len());
-    let blocks = n / BLOCK;
-    let (mut most, mut all) = (0.0_f64, 0.0);
-    let mut see = |sum: f64| {
-        most = if sum > most { sum } else { most };
-        all += sum;
-    };
+    let blocks = if n < BLOCK { 0 } else { free / BLOCK };
+    let (mut own, mut of_motors) = ([0.0; 2], [0.0; 2]);
     for block in 0..blocks {
         let d = block * BLOCK;
         let mut sums = [V::Scalar::zero(); BLOCK];
@@ -281,7 +291,7 @@ fn exchange<V: Vector, const K: usize>(
             }
             to.copy_from_slice(from);
         }
-        sums.into_iter().for_each(|sum| see(sum.to_f64()));
+        own = sums.into_iter().fold(own, |own, sum| see_size(own, sum.to_f64()));
     }
     for d in blocks * BLOCK..n {
         let changes: [V::Scalar; K] =
@@ -289,9 +299,14 @@ fn exchange<V: Vector, const K: usize>(
         for i in 0..K {
             to[i].as_mut_slice()[d] = from[i].as_slice()[d];
         }
-        see(weighted(weights, changes).to_f64());
+        let change = weighted(weights, changes).to_f64();
+        if d < free {
+            own = see_size(own, change);
+        } else {
+            of_motors = see_size(of_motors, change);
+        }
     }
-    most + 0.0 * all
+    [own, of_motors].map(|[most, poison]| most + poison)
 }
 
 /// Σ b_i x_i

@@ -74,7 +74,8 @@ impl<V: Vector> Workspace<V> {
         let short = KINK_CAUTION * self.length <= time_rounding(t);
         let caution = if short { KINK_CAUTION } else { 1.0 };
         let ends = [[first, &self.stages.start], [last, &self.stages.hq]];
-        for (allowed, least) in errors_allowed.iter_mut().zip(roundings_of_time(t, ends)) {
+        for (allowed, least) in errors_allowed.iter_mut().zip(roundings_of_time(t, ends, self.free))
+        {
             *allowed = allowed.max(caution * least);
         }
     }

@@ -171,7 +171,7 @@ impl Equations {
     /// Solves the equations with the errors at the end that [`Self::respond`] has shown as the
     /// defect of q' and -p', and shows the last coefficient but one of the solutions, divided by
     /// 2 (2s+1) |X_{s-1,s-2}|.
-    pub(super) fn respond_again(&mut self, mut see: impl FnMut([f64; 2])) {
+    pub(super) fn respond_again(&mut self, mut see: impl FnMut(usize, [f64; 2])) {
         let (size, stages, last) = (self.stages * self.n, self.stages, self.stages - 1);
         let scale = (2.0 * (2 * stages + 1) as f64 * integration()[last][last - 1]).recip();
         for row in self.missing.chunks_exact_mut(stages) {
@@ -182,7 +182,9 @@ impl Equations {
         self.solve();
         let (q, p) = self.missing.split_at(size);
         let rows = q.chunks_exact(stages).zip(p.chunks_exact(stages));
-        rows.for_each(|(q, p)| see([scale * q[last - 1], scale * p[last - 1]]));
+        for (d, (q, p)) in rows.enumerate() {
+            see(d, [scale * q[last - 1], scale * p[last - 1]]);
+        }
     }
 
     /// Computes the residual of γ, `next - γ`.

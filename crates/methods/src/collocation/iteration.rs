@@ -156,7 +156,7 @@ impl<V: Vector> Workspace<V> {
         roundings: impl Fn(usize) -> [f64; 2],
         defect: impl Fn(usize) -> [f64; 2],
         see: impl FnMut(usize, Response),
-        see_sum: impl FnMut([f64; 2]),
+        see_sum: impl FnMut(usize, [f64; 2]),
     ) {
         if let Some(equations) = &mut self.equations {
             equations.respond(roundings, defect, see);

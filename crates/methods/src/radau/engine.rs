@@ -127,7 +127,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         state: &State<V>,
     ) -> Result<Attempt, StepFailure> {
         let mut effort = self.begin(system, state);
-        let mut allowed = self.share.allowed(state);
+        let mut allowed = self.share.allowed(state, self.energy);
         let shift = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
         let rejected = std::mem::replace(&mut self.rejected, true);
         self.solve(system, h, state, allowed, shift, &mut effort)?;
@@ -136,7 +136,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         if !smooth {
             let Self { start, trial, .. } = self;
             let ends = [[&start.v, &start.f], [&trial.v[S - 1], &trial.f[S - 1]]];
-            allowed.allow_at_least(roundings_of_time(state.t, ends));
+            allowed.allow_at_least(roundings_of_time(state.t, ends, allowed.free));
         }
         let mut error = self.estimate(h, allowed, smooth);
         if rejected && error > 1.0 && error.is_finite() {
@@ -172,7 +172,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     ) -> Result<Effort, StepFailure> {
         self.begun = false;
         let mut effort = self.begin(system, before);
-        let allowed = self.share.allowed(before);
+        let allowed = self.share.allowed(before, self.energy);
         let shift = self.kept_h.map(|kept| [V::Scalar::zero(), h / kept]);
         // The run goes on as without the sample, with the Jacobian that it has.
         let (eta, renew) = (self.eta, self.renew);

@@ -61,7 +61,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             });
             (scale * difference).to_f64()
         };
-        let shares = allowed.scales.map(f64::recip);
+        let (shares, of_energies) = (allowed.shares(), allowed.scales[2].recip());
         let (mut most, mut poison) = ([0.0_f64; 3], 0.0);
         let (mut of_oscillations, mut rough) = (0.0_f64, 0.0_f64);
         equations.filter(
@@ -69,6 +69,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             n,
             |d| [raw(v, &trial.v, d), raw(f, &trial.f, d)],
             |d, [a, b, friction]| {
+                let [share_q, share_p] = shares(d);
                 let [raw_a, raw_b] = [raw(v, &trial.v, d), raw(f, &trial.f, d)];
                 let friction = step * friction;
                 let mut ratio = tables.roughness(&trial.f, d, raw_b / step);
@@ -82,16 +83,18 @@ impl<V: Vector, const S: usize> Engine<V, S> {
                     ratio = ratio.max(tables.roughness(&trial.loss, d, raw_c / step));
                 }
                 let mut largest = 0.0_f64;
-                for ((most, x), share) in most.iter_mut().zip([a, b, c]).zip(shares) {
+                for ((most, x), share) in
+                    most.iter_mut().zip([a, b, c]).zip([share_q, share_p, of_energies])
+                {
                     let x = x.abs() * share;
                     *most = if x > *most { x } else { *most };
                     largest = largest.max(x);
                     poison += 0.0 * x;
                 }
                 let component = Component {
-                    raw: [raw_a * shares[0], raw_b * shares[1]],
-                    filtered: [a * shares[0], b * shares[1]],
-                    friction: friction * shares[1],
+                    raw: [raw_a * share_q, raw_b * share_p],
+                    filtered: [a * share_q, b * share_p],
+                    friction: friction * share_p,
                 };
                 if component.oscillates(tables.eigenvalue) {
                     of_oscillations = of_oscillations.max(largest);

@@ -12,7 +12,7 @@
 //! This formula is a heuristic of this library. The exponent reduces the weight of m while few
 //! steps are known, since the first steps say little about the later ones.
 
-use crate::adaptive::{ROUNDINGS, SHARES, scales, sizes};
+use crate::adaptive::{ROUNDINGS, SHARES, Sizes, scales};
 use afterbay_core::{Scalar, State, Tolerance, Vector};
 
 /// The number of steps that is guessed before any is taken. As many steps must be taken before they
@@ -35,8 +35,10 @@ pub(super) struct Share {
 /// The errors allowed for a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Allowed {
-    /// The errors of q, p and w allowed at the end of the run.
+    /// The errors of q, p and energies allowed at the end of the run.
     pub(super) scales: [f64; 3],
+    /// The number of degrees of freedom without motors.
+    pub(super) free: usize,
     /// The share of them allowed for this step.
     pub(super) share: f64,
     /// The relative tolerances of q, p and w.
@@ -46,6 +48,14 @@ pub(super) struct Allowed {
 }
 
 impl Allowed {
+    /// 1 over the errors of q_d and p_d that are allowed at the end of the run. The coordinate of a
+    /// motor is a time, which has no error, and its momentum an energy.
+    #[inline(always)]
+    pub(super) fn shares(&self) -> impl Fn(usize) -> [f64; 2] + use<> {
+        let ([q, p, w], free) = (self.scales.map(f64::recip), self.free);
+        move |d| if d < free { [q, p] } else { [0.0, w] }
+    }
+
     /// Allows at least these errors of q and p for the step.
     pub(super) fn allow_at_least(&mut self, errors: [f64; 2]) {
         for (scale, error) in self.scales.iter_mut().zip(errors) {
@@ -66,9 +76,9 @@ impl Share {
         self.longest = self.longest.max(length);
     }
 
-    /// The errors allowed for the step from `state`.
+    /// The errors allowed for the step from `state`, at which H is `energy`.
     #[inline(always)]
-    pub(super) fn allowed<V: Vector>(&mut self, state: &State<V>) -> Allowed {
+    pub(super) fn allowed<V: Vector>(&mut self, state: &State<V>, energy: V::Scalar) -> Allowed {
         let t = state.t.to_f64();
         let from = *self.from.get_or_insert(t);
         let left = (self.span - (t - from)).max(0.0);
@@ -77,11 +87,12 @@ impl Share {
         let steps = guessed + power(room, self.steps / guessed);
         let share = SHARES / steps;
         let Tolerance { relative, w_relative, .. } = self.tolerance;
-        let sizes = sizes(state, self.free);
+        let sizes = Sizes::of(state, energy, self.free);
         let scales = scales(&self.tolerance, sizes, ROUNDINGS * V::Scalar::EPSILON / share);
-        let roundings = (sizes[0] / scales[0]).max(sizes[1] / scales[1]);
+        let roundings = (sizes.q / scales[0]).max(sizes.p / scales[1]);
         Allowed {
             scales,
+            free: self.free,
             share,
             relative: [relative, relative, w_relative],
             rounding: V::Scalar::EPSILON * roundings,

@@ -113,7 +113,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         allowed: Allowed,
         effort: &mut Effort,
     ) -> Result<(), StepFailure> {
-        let shares = [allowed.scales[0].recip(), allowed.scales[1].recip()];
+        let shares = allowed.shares();
         let converged = CONVERGED_ROUNDINGS * allowed.rounding;
         let stagnant = STAGNANT_ROUNDINGS * allowed.rounding;
         let solved = (SOLVED * allowed.share).max(converged);
@@ -125,7 +125,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             self.evaluate_slopes(system, state);
             effort.evaluations += S as u64;
             effort.iterations += 1;
-            let change = self.correct(h, shares);
+            let change = self.correct(h, &shares);
             if !change.is_finite() {
                 self.eta = 1.0;
                 return Err(self.trial.not_finite());
@@ -150,7 +150,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             }
         }
         self.eta = 1.0;
-        Err(self.stalled(effort.iterations, shares))
+        Err(self.stalled(effort.iterations, &shares))
     }
 
     /// Computes the slopes at the stages.
@@ -162,7 +162,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     /// Corrects the stages once, and returns the size of the correction; NaN if it is not finite.
     #[inline(always)]
-    fn correct(&mut self, h: V::Scalar, shares: [f64; 2]) -> f64 {
+    fn correct(&mut self, h: V::Scalar, shares: &impl Fn(usize) -> [f64; 2]) -> f64 {
         let Self { tables, trial: Stages { q, p, v, f, .. }, equations, .. } = self;
         let n = V::LEN.unwrap_or(q[0].as_slice().len());
         equations.solve(tables, n, |d| {
@@ -174,7 +174,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let mut found = [0.0; 2];
         for d in 0..n {
             let corrections = equations.solution(d);
-            for ((to, by), share) in [&mut *q, &mut *p].into_iter().zip(corrections).zip(shares) {
+            for ((to, by), share) in [&mut *q, &mut *p].into_iter().zip(corrections).zip(shares(d))
+            {
                 for (to, by) in to.iter_mut().zip(by) {
                     to.as_mut_slice()[d] += V::Scalar::from_f64(by);
                     found = see_size(found, by.abs() * share);
@@ -186,10 +187,10 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     /// The failure of an iteration that does not converge.
     #[cold]
-    fn stalled(&self, iterations: u64, shares: [f64; 2]) -> StepFailure {
+    fn stalled(&self, iterations: u64, shares: &impl Fn(usize) -> [f64; 2]) -> StepFailure {
         let n = self.q.as_slice().len();
         let size = |d: usize| {
-            let parts = self.equations.solution(d).into_iter().zip(shares);
+            let parts = self.equations.solution(d).into_iter().zip(shares(d));
             let sizes = parts.flat_map(|(part, share)| part.map(|x| x.abs() * share));
             sizes.fold(0.0, f64::max)
         };

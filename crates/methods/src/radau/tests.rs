@@ -17,7 +17,7 @@ const TIGHT: f64 = 1e-29;
 const LOOSE: f64 = 1e30;
 
 fn allowed(share: f64) -> Allowed {
-    Allowed { scales: [1.0; 3], share, relative: [1.0; 3], rounding: 1e-30 }
+    Allowed { scales: [1.0; 3], free: 1, share, relative: [1.0; 3], rounding: 1e-30 }
 }
 
 impl<V: Vector, const S: usize> Engine<V, S> {

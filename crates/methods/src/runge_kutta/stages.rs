@@ -4,7 +4,7 @@ use super::tableau::{Tableau, Terms, number};
 use crate::kernels::reductions::{larger, see_size};
 use afterbay_core::{Scalar, State, System, Vector};
 use std::array::from_fn;
-use std::ops::RangeTo;
+use std::ops::{Range, RangeTo};
 
 /// The largest number of stages of a tableau.
 const STAGES: usize = 16;
@@ -164,11 +164,15 @@ impl<V: Vector> Stages<V> {
         combine::<V, PART>(terms, &self.slopes, factor, &self.zero, to);
     }
 
-    /// The largest absolute entry of the sum of the slopes of q, p or w with these coefficients,
-    /// NaN if one is not finite.
+    /// The largest absolute value among these entries of the sum of the slopes of q, p or w with
+    /// these coefficients, NaN if one is not finite.
     #[inline(always)]
-    pub(crate) fn largest_sum<const PART: usize>(&self, terms: Terms) -> f64 {
-        largest_sum::<V, PART>(terms, &self.slopes)
+    pub(crate) fn largest_sum<const PART: usize>(
+        &self,
+        terms: Terms,
+        entries: Range<usize>,
+    ) -> f64 {
+        largest_sum::<V, PART>(terms, &self.slopes, entries)
     }
 
     /// The largest absolute entry of the sum in each lane, of the entries of a range. Comparisons
@@ -198,17 +202,22 @@ impl<V: Vector> Stages<V> {
     }
 }
 
-/// max |Σ a_k slope_k|, NaN if an entry is not finite.
+/// max |Σ a_k slope_k| over these entries, NaN if one is not finite.
 #[inline(always)]
-fn largest_sum<V: Vector, const PART: usize>(terms: Terms, slopes: &[[V; 3]; STAGES]) -> f64 {
+fn largest_sum<V: Vector, const PART: usize>(
+    terms: Terms,
+    slopes: &[[V; 3]; STAGES],
+    entries: Range<usize>,
+) -> f64 {
     if let Some(n) = V::LEN {
-        let largest = (0..n).fold([0.0; 2], |largest, j| {
+        // A constant number of entries lets the loop be unrolled.
+        let entries = if entries == (0..n) { 0..n } else { entries };
+        let largest = entries.fold([0.0; 2], |largest, j| {
             see(largest, sum_of_block::<V, PART, 1>(terms, slopes, j)[0])
         });
         return largest[0] + largest[1];
     }
-    let n = slopes[0][PART].as_slice().len();
-    let (mut largest, mut done) = ([0.0; 2], 0);
+    let (mut largest, mut done, n) = ([0.0; 2], entries.start, entries.end);
     largest_in_blocks::<V, PART, 16>(terms, slopes, &mut largest, &mut done, n);
     largest_in_blocks::<V, PART, 1>(terms, slopes, &mut largest, &mut done, n);
     largest[0] + largest[1]
