@@ -35,6 +35,8 @@ pub(super) struct Reference {
     pub(super) standing: Standing,
     /// Whether it is resolved at each station.
     pub(super) followed: bool,
+    /// Whether a step is too long to resolve the motion.
+    pub(super) leaps: bool,
     pub(super) scales: Scales<f64>,
     /// The mean of A over the second half.
     pub(super) size: f64,
@@ -66,10 +68,8 @@ impl Reference {
     }
 }
 
-/// The length of a step of the first solution, its least number of steps, and the most steps of the
-/// last.
-const COARSEST: f64 = 0.02;
-const LEAST_STEPS: u64 = 256;
+/// The steps of the first solution, whatever the unit of time, and the most steps of the last.
+const LEAST_STEPS: u64 = 1 << 12;
 const MOST_STEPS: u64 = 1 << 21;
 
 /// The change on halving the step at which a solution is resolved, as a share of what a verdict
@@ -141,8 +141,7 @@ impl<T: Side> Exact<'_, T> {
         let Some(end) = self.batch.events.last().map(|event| event.t) else {
             return Ok(Some(vec![vec![]; T::LANES]));
         };
-        let mut count =
-            ((end / COARSEST) as u64).clamp(LEAST_STEPS, MOST_STEPS / 2).next_power_of_two();
+        let mut count = LEAST_STEPS;
         let mut before: Option<Vec<Vec<Reference>>> = None;
         loop {
             let last = count >= MOST_STEPS;
@@ -196,6 +195,10 @@ fn mark_resolved(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>
     let mut all = true;
     for (found, before) in found.iter_mut().flatten().zip(before.iter().flatten()) {
         let mean = &found.scales.centre;
+        if found.leaps {
+            all = false;
+            continue;
+        }
         if before.agrees(found.size, mean, [SETTLED * TOLERANCE, SETTLED * SHARE]) {
             found.standing = Standing::Resolved;
         }
