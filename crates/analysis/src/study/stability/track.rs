@@ -66,6 +66,12 @@ impl Track<f64> {
         self.by_allowed.iter().map(|by| by.recip()).collect()
     }
 
+    /// x at all stations.
+    pub(super) fn places(&self) -> impl Iterator<Item = &f64> {
+        let (size, places) = (self.image.size(), self.image.places());
+        self.stations.chunks(size).flat_map(move |z| &z[..places])
+    }
+
     /// Whether another solution agrees within a share of the allowed deviation at every station.
     pub(super) fn agrees(&self, other: &Self, share: f64) -> bool {
         let size = self.by_allowed.len();

@@ -242,6 +242,7 @@ impl<T: Side> Sums<T> {
             Track::new(image.clone(), start.to_vec(), total, &allowed, lane_of(&self.stations, k));
         let scales = Scales { by_kinetic, by_reach, centre, track };
         let halves = self.halves.lane(k);
-        Reference { standing: Standing::Unsettled, followed: false, leaps, scales, size, halves }
+        let (standing, rests) = (Standing::Unsettled, !moves && kinetic > 0.0);
+        Reference { standing, followed: false, leaps, rests, scales, size, halves }
     }
 }
