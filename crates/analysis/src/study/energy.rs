@@ -245,7 +245,8 @@ impl Reference<'_> {
         (exact, doubt)
     }
 
-    /// H without motors. Its doubt is the sum over j of |∂H/∂q_j| and |∂H/∂p_j| times the doubts of q and p.
+    /// H without motors. Its doubt is the sum over j of |∂H/∂q_j| and |∂H/∂p_j| times the doubts of
+    /// q and p.
     fn energy(&self, i: usize) -> Measured {
         let state = self.solution.at(i);
         let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);

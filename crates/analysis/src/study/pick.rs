@@ -192,8 +192,9 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
     Ok(())
 }
 
-/// The difference of (q, p) and of w of a run from one of twice as many steps, over common times unless errors count
-/// `at_end` only, or from one of a quarter of the tolerance, at the end. None if either fails.
+/// The difference of (q, p) and of w of a run from one of twice as many steps, over common times
+/// unless errors count `at_end` only, or from one of a quarter of the tolerance, at the end. None if
+/// either fails.
 fn finer(
     problem: &Problem,
     setting: Choice,

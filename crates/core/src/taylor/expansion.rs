@@ -38,8 +38,8 @@ where
     }
 }
 
-/// The kinds of entries, each with a unit of its own: q, p and w, and behind them q and p of motors,
-/// which are times and energies.
+/// The kinds of entries, each with a unit of its own: q, p and w, and behind them q and p of
+/// motors, which are times and energies.
 pub(super) const KINDS: usize = 5;
 
 /// The kinds of q_j, p_j and w_j, where degrees of freedom from `free` on are motors.

@@ -250,8 +250,8 @@ impl Dice {
     }
 
     /// Disturbs the entries that are not at rest, by `size` unit roundoffs of the largest of their
-    /// kind at τ. The times of all motors are disturbed alike: their forces would otherwise have kinks one after
-    /// the other.
+    /// kind at τ. The times of all motors are disturbed alike: their forces would otherwise have
+    /// kinks one after the other.
     fn disturb<V: Vector, const M: usize>(
         &mut self,
         state: &mut State<V>,

@@ -78,8 +78,8 @@ pub enum CycleFailure {
     /// other.
     #[error(
         "the cycle is one of a family (its equations are singular to {ratio:.1e}), and no limit \
-         cycle: so are closed orbits of a conservative system, and of parts that do not act on each \
-         other"
+         cycle: so are closed orbits of a conservative system, and of parts that do not act on \
+         each other"
     )]
     NotIsolated {
         /// The least singular value of the equations over the largest.
