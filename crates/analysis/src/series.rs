@@ -47,7 +47,7 @@ impl Model {
         progress: &dyn Progress,
     ) -> Result<Solution<T>, IntegrateError> {
         match self.system::<T>()?.exact_flow() {
-            Some(flow) => by_flow(&*flow, start, h, count, progress),
+            Some(flow) => by_flow(self, &*flow, start, (h, count), progress),
             None => by_series(self, start, h, count, progress),
         }
     }
@@ -56,13 +56,13 @@ impl Model {
 /// The solution by the exact flow φ. Its doubt comes from comparing φ(t) with φ(2t/3) ∘ φ(t/3),
 /// which differs by roundings only.
 fn by_flow<T: Scalar>(
+    model: &Model,
     flow: &dyn Flow<T>,
     start: &State<Vec<T>>,
-    h: T,
-    count: usize,
+    (h, count): (T, usize),
     progress: &dyn Progress,
 ) -> Result<Solution<T>, IntegrateError> {
-    let dof = flow.dof();
+    let (dof, motors) = (flow.dof(), model.motors());
     start.check(dof)?;
     let at = |i: usize| {
         if progress.stopped() {
@@ -75,13 +75,13 @@ fn by_flow<T: Scalar>(
         let third = t * T::from_f64(1.0 / 3.0);
         flow.carry(third, &mut twice);
         flow.carry(t - third, &mut twice);
-        let doubt = twice_apart(state.state_ref(), twice.state_ref());
+        let doubt = twice_apart(state.state_ref(), twice.state_ref(), &motors);
         Ok((state, doubt))
     };
     // All states are computed before the first failure is looked for, so that the earliest is
     // reported.
     let states: Vec<_> = (0..=count).into_par_iter().map(at).collect();
-    let mut solution = Solution::with_room(dof, count + 1);
+    let mut solution = Solution::with_room(model, count + 1);
     for found in states {
         let (state, doubt) = found?;
         solution.push(state.state_ref());
@@ -123,7 +123,7 @@ fn by_series<T: Expandable>(
         ..start.clone()
     };
     let run = |pace: Pace, reports: bool| -> Result<Option<Solution<T>>, InputError> {
-        let mut states = Solution::with_room(dof, fine_count + 1);
+        let mut states = Solution::with_room(model, fine_count + 1);
         let pace = pace.within(most_strides::<T>(dof));
         let mut w = vec![T::zero(); dof];
         let mut see = |state: StateRef<'_, T>| {
@@ -145,10 +145,10 @@ fn by_series<T: Expandable>(
     let (Some(states), Some(check)) = (states?, check?) else {
         return Err(IntegrateError::Interrupted);
     };
-    let mut solution = Solution::with_room(dof, count + 1);
+    let mut solution = Solution::with_room(model, count + 1);
     let mut doubt = Doubt::default();
     for (i, (state, check)) in states.states().zip(check.states()).enumerate() {
-        doubt = doubt.larger(twice_apart(state, check));
+        doubt = doubt.larger(twice_apart(state, check, solution.motors()));
         if i % between == 0 {
             solution.push(state);
             solution.doubt_last(doubt);

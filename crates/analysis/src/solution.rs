@@ -1,8 +1,8 @@
 //! A solution at equally spaced times, with a doubt.
 
+use crate::Model;
 use crate::measured::{Doubt, Measured};
 use afterbay_core::{Accounts, Motors, Scalar, StateRef, larger_or_nan};
-use std::borrow::Cow;
 
 /// The states of a reference at equally spaced times, with a bound of the error of each.
 #[derive(Clone, Debug)]
@@ -16,16 +16,17 @@ pub struct Solution<T> {
 }
 
 impl<T: Scalar> Solution<T> {
-    /// An empty solution with room for `count` states of `dof` degrees of freedom.
-    pub(crate) fn with_room(dof: usize, count: usize) -> Self {
+    /// An empty solution of a model with room for `count` states.
+    pub(crate) fn with_room(model: &Model, count: usize) -> Self {
+        let (dof, motors) = (model.dof(), model.motors());
         let (numbers, doubts) =
             (Vec::with_capacity(count * (3 * dof + 1)), Vec::with_capacity(count));
-        Self { dof, motors: Motors::default(), numbers, doubts }
+        Self { dof, motors, numbers, doubts }
     }
 
-    /// The solution of a system with these motors.
-    pub(crate) fn with_motors(self, motors: Motors) -> Self {
-        Self { motors, ..self }
+    /// The clock and the motors, which are the last degrees of freedom.
+    pub(crate) fn motors(&self) -> &Motors {
+        &self.motors
     }
 
     /// Appends a state with zero doubt.
@@ -75,19 +76,9 @@ impl<T: Scalar> Solution<T> {
     /// of freedom, with the doubt of the reference. With motors, w is the energy dissipated alone:
     /// what they supply follows from it and from (q, p), since K is constant.
     pub fn errors(&self, i: usize, found: StateRef<'_, T>) -> [Measured; 3] {
-        let exact = self.at(i);
         let Doubt { q, p, w } = self.doubts[i];
-        let n = self.dof - self.motors.count();
-        let (mut qs, mut ps) = ([found.q, exact.q], [found.p, exact.p]);
-        let mut ws = [found.w, exact.w].map(Cow::Borrowed);
-        if !self.motors.is_empty() {
-            (qs, ps) = (qs.map(|q| &q[..n]), ps.map(|p| &p[..n]));
-            ws = [found, exact].map(|state| Cow::Owned(accounts(state, &self.motors).w));
-        }
-        // w is the sum of an account and the momentum of a motor.
-        let w = if self.motors.is_empty() { w } else { w + p };
-        let parts = [(qs[0], qs[1], q), (ps[0], ps[1], p), (&*ws[0], &*ws[1], w)];
-        parts.map(|(found, exact, doubt)| Measured { error: distance(found, exact), doubt })
+        let [of_q, of_p, of_w] = apart(found, self.at(i), &self.motors);
+        [(of_q, q), (of_p, p), (of_w, w)].map(|(error, doubt)| Measured { error, doubt })
     }
 
     /// The largest |q_j|, |p_j| and |w_j| of all states, without clock and motors.
@@ -103,9 +94,11 @@ impl<T: Scalar> Solution<T> {
             let lost = part.iter().map(|&x| (x - T::from_f64(x.to_f64())).abs().to_f64());
             lost.fold(0.0, f64::max)
         };
+        let n = self.dof - self.motors.count();
         let doubt = |(state, &doubt): (StateRef<'_, T>, &Doubt)| {
-            let [q, p, w] = [state.q, state.p, state.w].map(rounding);
-            doubt + Doubt { q, p, w }
+            let [q, p] = [state.q, state.p].map(|part| rounding(&part[..n]));
+            // An account is the sum of w_j and the momentum of a motor.
+            doubt + Doubt { q, p, w: rounding(state.w) + rounding(&state.p[n..]) }
         };
         let doubts = self.states().zip(&self.doubts).map(doubt).collect();
         Solution { dof: self.dof, motors: self.motors.clone(), numbers, doubts }
@@ -131,18 +124,42 @@ impl<T: Scalar> Solution<T> {
 }
 
 impl Solution<f64> {
-    /// The largest difference from another solution at the same times, and the largest magnitude in
-    /// this one.
-    pub fn distance(&self, other: &Self) -> (f64, f64) {
-        let largest = self.numbers.iter().map(|x| x.abs()).fold(0.0, f64::max);
-        (distance(&self.numbers, &other.numbers), largest)
+    /// The largest |q_j|, |p_j| or |w_j| of all states. Each kind alone may be 0 at all of them, as
+    /// p is where the motion turns.
+    pub fn size(&self) -> f64 {
+        self.sizes().into_iter().fold(0.0, f64::max)
     }
+
+    /// The largest distances from another solution at the same times.
+    pub fn distance(&self, other: &Self) -> Doubt {
+        let apart = self.states().zip(other.states()).map(|(a, b)| apart(a, b, &self.motors));
+        apart.map(|[q, p, w]| Doubt { q, p, w }).fold(Doubt::default(), Doubt::larger)
+    }
+}
+
+/// The largest differences of q_j, of p_j and of the energies w_j dissipated. Coordinates of motors
+/// are times and their momenta are energies, so that they count in w alone.
+pub(crate) fn apart<T: Scalar>(
+    a: StateRef<'_, T>,
+    b: StateRef<'_, T>,
+    motors: &Motors,
+) -> [f64; 3] {
+    if motors.is_empty() {
+        return [distance(a.q, b.q), distance(a.p, b.p), distance(a.w, b.w)];
+    }
+    let n = a.q.len() - motors.count();
+    let [of_a, of_b] = [a, b].map(|state| accounts(state, motors).w);
+    [distance(&a.q[..n], &b.q[..n]), distance(&a.p[..n], &b.p[..n]), distance(&of_a, &of_b)]
 }
 
 /// The doubt of the first of two states computed for the same time: twice their distance, since
 /// their errors may be correlated.
-pub(crate) fn twice_apart<T: Scalar>(a: StateRef<'_, T>, b: StateRef<'_, T>) -> Doubt {
-    let [q, p, w] = [(a.q, b.q), (a.p, b.p), (a.w, b.w)].map(|(a, b)| 2.0 * distance(a, b));
+pub(crate) fn twice_apart<T: Scalar>(
+    a: StateRef<'_, T>,
+    b: StateRef<'_, T>,
+    motors: &Motors,
+) -> Doubt {
+    let [q, p, w] = apart(a, b, motors).map(|off| 2.0 * off);
     Doubt { q, p, w }
 }
 

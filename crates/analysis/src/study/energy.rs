@@ -245,12 +245,13 @@ impl Reference<'_> {
         (exact, doubt)
     }
 
-    /// H. Its doubt is the sum over j of |∂H/∂q_j| and |∂H/∂p_j| times the doubts of q and p.
+    /// H without motors. Its doubt is the sum over j of |∂H/∂q_j| and |∂H/∂p_j| times the doubts of
+    /// q and p.
     fn energy(&self, i: usize) -> Measured {
         let state = self.solution.at(i);
         let [mut hq, mut hp] = [(); 2].map(|()| vec![0.0; state.q.len()]);
         self.system.gradient(state.q, state.p, &mut hq, &mut hp);
-        let steepness = |slopes: &[f64]| slopes.iter().map(|x| x.abs()).sum::<f64>();
+        let steepness = |slopes: &[f64]| slopes[..self.n].iter().map(|x| x.abs()).sum::<f64>();
         let Doubt { q, p, .. } = self.solution.doubt_at(i);
         let doubt = steepness(&hq) * q + steepness(&hp) * p;
         Measured { error: energy_of(self.system, state, self.n), doubt }

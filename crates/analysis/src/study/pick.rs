@@ -17,6 +17,7 @@ mod times;
 mod trial;
 
 use super::Problem;
+use crate::Solution;
 use crate::digits::in_full;
 use crate::measured::Doubt;
 use crate::progress::Progress;
@@ -191,8 +192,9 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
     Ok(())
 }
 
-/// The difference of a run from one of twice as many steps, over common times unless errors count
-/// `at_end` only, or from one of a quarter of the tolerance, at the end. None if either fails.
+/// The difference of (q, p) and of w of a run from one of twice as many steps, over common times
+/// unless errors count `at_end` only, or from one of a quarter of the tolerance, at the end. None if
+/// either fails.
 fn finer(
     problem: &Problem,
     setting: Choice,
@@ -200,11 +202,12 @@ fn finer(
     progress: &dyn Progress,
 ) -> Result<Option<[f64; 2]>, IntegrateError> {
     let Some(finer) = setting.finer() else { return Ok(None) };
-    let follow = |setting: Choice, parts: u64| -> Result<Option<Vec<f64>>, IntegrateError> {
-        let (mut state, mut seen) = (problem.start::<f64>()?, Vec::new());
+    let follow = |setting: Choice, parts: u64| -> Result<Option<Solution<f64>>, IntegrateError> {
+        let (mut state, mut seen) =
+            (problem.start::<f64>()?, Solution::with_room(&problem.model, 1));
         let look = &mut |_: u64, state: StateRef<'_, f64>| {
             if matches!(setting, Choice::Steps(..)) && !at_end {
-                seen.extend([state.q, state.p, state.w].concat());
+                seen.push(state);
             }
             progress.flow()
         };
@@ -214,17 +217,12 @@ fn finer(
         };
         let method = problem.model.bind(setting.row())?;
         let done = method.run(setting.setting(problem.end)?, &mut state, every, look).is_ok();
-        seen.extend([&state.q[..], &state.p, &state.w].concat());
+        seen.push(state.state_ref());
         Ok((done && !progress.stopped()).then_some(seen))
     };
     let (Some(coarse), Some(fine)) = (follow(setting, 1)?, follow(finer, 2)?) else {
         return Ok(None);
     };
-    let n = problem.model.dof();
-    let mut apart = [0.0_f64; 2];
-    for (i, (a, b)) in coarse.iter().zip(&fine).enumerate() {
-        let part = usize::from(i % (3 * n) >= 2 * n);
-        apart[part] = larger_or_nan(apart[part], (a - b).abs());
-    }
-    Ok(Some(apart))
+    let apart = coarse.distance(&fine);
+    Ok(Some([apart.qp(), apart.w]))
 }

@@ -1,5 +1,7 @@
 //! References agree with an independent computation within their doubt.
 
+mod units;
+
 use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::{Problem, global_order};
 use afterbay_analysis::{Doubt, Model, Solution};
@@ -333,27 +335,6 @@ fn forces_of_several_motors_jump_together() {
         let found = known(&problem(model, &[1.0, 0.5], &[0.3, 1.0], 20.0), 20);
         let doubt = found.doubt();
         assert!(doubt.qp() < 1e-13 && doubt.w < 1e-13, "{doubt:?}");
-    }
-}
-
-/// In units of 2^-50 and of 2^60 seconds, all digits of q are those in seconds, and those of p and
-/// w but for the unit. The Taylor coefficients in seconds would be up to 2^1200.
-#[test]
-fn units_of_time_change_no_digit() {
-    let of = |unit: f64| {
-        let [k, g] = [unit.powi(-2), 0.1 / unit];
-        let potential = format!("{k:?}*(q1^2/2 + q1^4/4)");
-        let problem = of(custom(&potential, &[&format!("{g:?}*v1")]), &[1.5], &[0.0], 20.0 * unit);
-        known(&problem, 8)
-    };
-    let seconds = of(1.0);
-    for unit in [2.0_f64.powi(-50), 2.0_f64.powi(60)] {
-        let found = of(unit);
-        for (state, beside) in found.states().zip(seconds.states()) {
-            assert_eq!(state.q, beside.q, "{unit:e}");
-            assert_eq!([state.p[0] * unit, state.w[0] * unit * unit], [beside.p[0], beside.w[0]]);
-            assert_eq!(state.t / unit, beside.t);
-        }
     }
 }
 

@@ -3,6 +3,7 @@
 
 mod limits;
 mod map;
+mod units;
 mod verdicts;
 
 use afterbay_analysis::Model;

@@ -268,7 +268,8 @@ fn remedy(value: f64) -> &'static str {
         "take a smaller step, or a method that is stable here; no step helps where the motion \
          itself reaches a point where H or D has no value, such as ln(q) or q^m for q < 0"
     } else {
-        "take a smaller step, or a method that is stable here"
+        "take a smaller step, or a method that is stable here; no step helps where the motion \
+         itself grows without bound"
     }
 }
 
@@ -295,6 +296,8 @@ mod tests {
             |value| StepFailure::NonFinite { quantity: Quantity::Force, dof: 0, value }.to_string();
         assert!(says(f64::NAN).contains("has no value"), "{}", says(f64::NAN));
         assert!(!says(f64::INFINITY).contains("has no value"), "{}", says(f64::INFINITY));
+        // A motion with negative damping, say, grows with any step.
+        assert!(says(f64::INFINITY).contains("the motion itself grows without bound"));
     }
 
     #[test]

@@ -12,10 +12,11 @@
 //! so that τ c/M, with a bound c over [0, 1], bounds the error that the stride adds.
 
 use super::Expansion;
+use super::expansion::{KINDS, kinds};
 use crate::numbers::{Interval, Scalar, Series, Vector, larger_or_nan};
 use crate::system::{State, System};
 
-/// The error that a stride may add to q, p and w, in unit roundoffs of the largest entry of each. A
+/// The error that a stride may add to an entry, in unit roundoffs of the largest of its kind. A
 /// choice: about the rounding error of the evaluation itself.
 pub(super) const ALLOWED_ROUNDINGS: f64 = 16.0;
 
@@ -52,9 +53,9 @@ impl<S> Enclosed<S> {
         Self { system }
     }
 
-    /// Bounds of coefficient M - 1 of f of q, p and w over [from, to], infinite where there are
-    /// none.
-    fn bounds<V, const M: usize>(&self, scaled: &State<V>, [from, to]: [f64; 2]) -> [f64; 3]
+    /// Bounds of coefficient M - 1 of f of each kind of entry over [from, to], infinite where there
+    /// are none.
+    fn bounds<V, const M: usize>(&self, scaled: &State<V>, [from, to]: [f64; 2]) -> [f64; KINDS]
     where
         V: Vector<Scalar = Series<Interval, M>>,
         S: System<Series<Interval, M>>,
@@ -65,10 +66,12 @@ impl<S> Enclosed<S> {
         self.system.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
         self.system.dissipation(q.as_slice(), p.as_slice(), hp.as_slice(), d.as_mut_slice());
         let size = |x: Series<Interval, M>| x.c[M - 1].magnitude();
-        let mut bounds = [0.0_f64; 3];
-        for ((&hq, &hp), &d) in hq.as_slice().iter().zip(hp.as_slice()).zip(d.as_slice()) {
-            for (bound, found) in bounds.iter_mut().zip([size(hp), size(hq + d), size(d * hp)]) {
-                *bound = larger_or_nan(*bound, found);
+        let (free, mut bounds) = (scaled.dof() - self.system.motors(), [0.0_f64; KINDS]);
+        for j in 0..scaled.dof() {
+            let [hq, hp, d] = [&hq, &hp, &d].map(|part| part.as_slice()[j]);
+            let found = [size(hp), size(hq + d), size(d * hp)];
+            for (kind, found) in kinds(free, j).into_iter().zip(found) {
+                bounds[kind] = larger_or_nan(bounds[kind], found);
             }
         }
         bounds
@@ -115,11 +118,11 @@ where
         };
         let [q, p, w] = [&expansion.series.q, &expansion.series.p, &expansion.series.w].map(part);
         let scaled = State { q, p, w, t: Series::zero() };
-        let (mut done, mut width, mut largest) = (0.0, 1.0, [0.0_f64; 3]);
+        let (mut done, mut width, mut largest) = (0.0, 1.0, [0.0_f64; KINDS]);
         for _ in 0..MOST_ENCLOSURES {
             let to: f64 = f64::min(done + width, 1.0);
             let found = self.bounds(&scaled, [done, to]);
-            let most: [f64; 3] = std::array::from_fn(|i| larger_or_nan(largest[i], found[i]));
+            let most: [f64; KINDS] = std::array::from_fn(|i| larger_or_nan(largest[i], found[i]));
             let share = tau.abs() / M as f64 * to.powi(M as i32);
             let scales = expansion.scales(tau.abs() * to);
             let small = |(&most, scale): (&f64, f64)| {
@@ -196,13 +199,13 @@ impl<S: ?Sized> Sampled<'_, S> {
         self.0.gradient(q.as_slice(), p.as_slice(), hq.as_mut_slice(), hp.as_mut_slice());
         self.0.dissipation(q.as_slice(), p.as_slice(), hp.as_slice(), d.as_mut_slice());
         let Expansion { series, .. } = expansion;
-        let mut off = [0.0_f64; 3];
+        let mut off = [0.0_f64; KINDS];
         for j in 0..n {
             let [hq, hp, d] = [&hq, &hp, &d].map(|part| part.as_slice()[j].c[0]);
             let rates = [(&series.q, hp), (&series.p, -hq - d), (&series.w, d * hp)];
-            for (off, (part, rate)) in off.iter_mut().zip(rates) {
+            for (kind, (part, rate)) in expansion.kinds(j).into_iter().zip(rates) {
                 let apart = (part.as_slice()[j].rate_at(at) - rate).abs().to_f64() * tau.abs();
-                *off = larger_or_nan(*off, apart);
+                off[kind] = larger_or_nan(off[kind], apart);
             }
         }
         let scales = expansion.scales(tau.abs());

@@ -38,12 +38,23 @@ where
     }
 }
 
+/// The kinds of entries, each with a unit of its own: q, p and w, and behind them q and p of
+/// motors, which are times and energies.
+pub(super) const KINDS: usize = 5;
+
+/// The kinds of q_j, p_j and w_j, where degrees of freedom from `free` on are motors.
+pub(super) fn kinds(free: usize, j: usize) -> [usize; 3] {
+    if j < free { [0, 1, 2] } else { [3, 4, 2] }
+}
+
 /// The flow from one state as a polynomial of degree M - 1 in time.
 #[derive(Clone)]
 pub struct Expansion<V: Vector, const M: usize> {
     pub(super) series: State<V::Of<Series<V::Scalar, M>>>,
-    /// The largest coefficients of q, of p and of w.
-    pub(super) sizes: [[f64; M]; 3],
+    /// The largest coefficients of each kind of entry.
+    sizes: [[f64; M]; KINDS],
+    /// The number of degrees of freedom that are not motors.
+    free: usize,
     /// The estimate of the largest |τ| at which the terms left out of q, p and w are below a
     /// rounding. The coefficients do not show features that are narrower than the distance to them;
     /// the [defect](super::Defect) does.
@@ -61,9 +72,12 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
         let (q, p, w) = (lift(&state.q), lift(&state.p), lift(&state.w));
         let mut series = State { q, p, w, t: Series::constant(state.t) };
         expand(system, &mut series);
-        let sizes = [&series.q, &series.p, &series.w].map(|part| sizes(part.as_slice()));
+        let free = state.dof() - system.motors();
+        let [(q, times), (p, energies)] =
+            [&series.q, &series.p].map(|part| part.as_slice().split_at(free));
+        let sizes = [q, p, series.w.as_slice(), times, energies].map(sizes);
         let reaches = sizes.each_ref().map(|sizes| reach(sizes, V::Scalar::EPSILON));
-        Self { reach: reaches.into_iter().fold(f64::INFINITY, f64::min), series, sizes }
+        Self { reach: reaches.into_iter().fold(f64::INFINITY, f64::min), series, sizes, free }
     }
 
     /// The state at the time τ after the point of expansion, or before it for τ < 0. It is accurate
@@ -74,13 +88,18 @@ impl<V: Vector, const M: usize> Expansion<V, M> {
         State { q: at(&series.q), p: at(&series.p), w: at(&series.w), t: series.t.c[0] + tau }
     }
 
-    /// The largest terms of q, of p and of w at a time τ ≥ 0. That of w is at least p v, the scale
-    /// of the kinetic energy.
-    pub(super) fn scales(&self, tau: f64) -> [f64; 3] {
+    /// The kinds of q_j, p_j and w_j.
+    pub(super) fn kinds(&self, j: usize) -> [usize; 3] {
+        kinds(self.free, j)
+    }
+
+    /// The largest terms of each kind at a time τ ≥ 0. That of w is at least p v, the scale of the
+    /// kinetic energy.
+    pub(super) fn scales(&self, tau: f64) -> [f64; KINDS] {
         let largest =
             |sizes: &[f64]| sizes.iter().rev().fold(0.0, |most: f64, &size| size.max(most * tau));
-        let [q, p, w] = self.sizes.each_ref().map(|sizes| largest(sizes));
-        [q, p, w.max(p * largest(&self.sizes[0][1..]))]
+        let [q, p, w, times, energies] = self.sizes.each_ref().map(|sizes| largest(sizes));
+        [q, p, w.max(p * largest(&self.sizes[0][1..])), times, energies]
     }
 
     /// A time up to which there is no kink ([`System::kinks`]), at most |limit|.

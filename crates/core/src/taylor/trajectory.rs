@@ -13,8 +13,8 @@ pub struct Pace {
     /// The longest stride, as a share of the reach of its expansion.
     pub share: f64,
     /// The size of the disturbance of every entry that is not at rest, in unit roundoffs of the
-    /// largest entry of q, of p and of w, with a pseudo-random sign: at the end of each stride and
-    /// where a state is passed on.
+    /// largest entry of its kind, with a pseudo-random sign: at the end of each stride and where a
+    /// state is passed on. The kinds are q, p and w, and q and p of motors.
     pub disturbance: f64,
     /// The largest number of strides.
     pub strides: usize,
@@ -249,9 +249,9 @@ impl Dice {
         if self.0 >> 63 == 0 { 1.0 } else { -1.0 }
     }
 
-    /// Disturbs the entries that are not at rest, by `size` unit roundoffs of the largest at τ. The
-    /// times of all motors are disturbed alike: their forces would otherwise have kinks one after
-    /// the other.
+    /// Disturbs the entries that are not at rest, by `size` unit roundoffs of the largest of their
+    /// kind at τ. The times of all motors are disturbed alike: their forces would otherwise have
+    /// kinks one after the other.
     fn disturb<V: Vector, const M: usize>(
         &mut self,
         state: &mut State<V>,
@@ -265,7 +265,7 @@ impl Dice {
         let further_times = state.dof() - motors + 1..state.dof();
         let parts =
             [(&mut state.q, &series.q), (&mut state.p, &series.p), (&mut state.w, &series.w)];
-        for (i, ((part, series), scale)) in parts.into_iter().zip(scales).enumerate() {
+        for (i, (part, series)) in parts.into_iter().enumerate() {
             let mut sign = 0.0;
             for (j, (x, series)) in
                 part.as_mut_slice().iter_mut().zip(series.as_slice()).enumerate()
@@ -274,6 +274,7 @@ impl Dice {
                     if i > 0 || !further_times.contains(&j) {
                         sign = self.sign();
                     }
+                    let scale = scales[expansion.kinds(j)[i]];
                     *x += V::Scalar::from_f64(sign * size * V::Scalar::EPSILON * scale);
                 }
             }

@@ -249,7 +249,7 @@ pub enum SceneProblem {
         /// The reason, in words.
         why: String,
     },
-    /// Something that a sweep cannot vary.
+    /// Something that a sweep or a study cannot vary.
     #[error("{name} cannot be varied: {why}")]
     NotVaried {
         /// Its name.

@@ -153,7 +153,14 @@ fn a_motion_without_a_limit_cycle_is_named() {
     };
     let conservative = outcome(oscillator(0.0, ""), "moddg", 50.0);
     assert_eq!(conservative.outcome, "not-isolated");
-    assert!(conservative.failure.unwrap().contains("a conservative system has no limit cycle"));
+    assert!(conservative.failure.unwrap().contains("closed orbits of a conservative system"));
+    // Each of two oscillators has its limit cycle, and any phase between them is one of both.
+    let text = "[system]\nname = 'custom'\npotential = 'q1^2/2 + q2^2/2'\n\
+                dissipation = ['(q1^2 - 1)*v1', '(q2^2 - 1)*v2']\n[initial]\nq = [2, 1]\n\
+                p = [0, 1]\n[time]\nend = 1.0\nstep = 0.1\n";
+    let apart = outcome(Scene::read(text).unwrap().problem, "increment-2", 50.0);
+    assert_eq!(apart.outcome, "not-isolated");
+    assert!(apart.failure.unwrap().contains("parts that do not act on each other"));
     let system = "name = \"duffing\"\nparameters = { alpha = 1.0, beta = 1.0, c = 0.0 }";
     assert_eq!(outcome(problem(system, "", [1.0, 0.0]), "moddg", 50.0).outcome, "not-isolated");
     let overdamped = outcome(oscillator(3.0, ""), "rk4", 100.0);

@@ -93,10 +93,9 @@ fn a_long_chain_is_followed_in_f64() {
         .solution(&problem.start().unwrap(), Quad::from(0.5), 4, &Silent)
         .unwrap()
         .rounded();
-    let (off, size) = found.distance(&exact);
-    let doubt = found.doubt().most();
-    assert!(doubt > 0.0 && doubt < 1e-12 * size, "{doubt:e}");
-    assert!(off < doubt, "{off:e} {doubt:e}");
+    let (off, doubt) = (found.distance(&exact), found.doubt());
+    assert!(doubt.most() > 0.0 && doubt.most() < 1e-12 * found.size(), "{doubt:?}");
+    assert!(off.q < doubt.q && off.p < doubt.p && off.w < doubt.w, "{off:?} {doubt:?}");
 }
 
 #[test]

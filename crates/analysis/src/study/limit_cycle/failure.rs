@@ -74,10 +74,12 @@ pub enum CycleFailure {
         /// The period it came to.
         period: f64,
     },
-    /// The cycle is one of a family, as in a conservative system.
+    /// The cycle is one of a family, as in a conservative system or where parts do not act on each
+    /// other.
     #[error(
-        "the cycle is one of a family (its equations are singular to {ratio:.1e}): a conservative \
-         system has no limit cycle"
+        "the cycle is one of a family (its equations are singular to {ratio:.1e}), and no limit \
+         cycle: so are closed orbits of a conservative system, and of parts that do not act on \
+         each other"
     )]
     NotIsolated {
         /// The least singular value of the equations over the largest.

@@ -3,7 +3,7 @@
 use crate::Solution;
 use crate::measured::Doubt;
 use crate::progress::Progress;
-use crate::solution::distance;
+use crate::solution::apart;
 use crate::study::Problem;
 use crate::study::kept::LargestEnergy;
 use afterbay_core::{InputError, IntegrateError, StateRef, System};
@@ -52,8 +52,7 @@ impl Dense {
         let system = problem.model.system::<f64>()?;
         let most = (MOST_NUMBERS / (6 * problem.model.dof())).max(FEWEST);
         let goal = |exact: &Solution<f64>| {
-            let sizes = exact.states().flat_map(|state| [state.q, state.p, state.w].concat());
-            (SHARE * bound).max(ROUNDING * sizes.fold(0.0, |most, z| z.abs().max(most)))
+            (SHARE * bound).max(ROUNDING * exact.sizes().into_iter().fold(0.0, f64::max))
         };
         let (mut count, mut before, mut last) = (FEWEST, None::<Self>, None::<f64>);
         loop {
@@ -106,9 +105,8 @@ impl Dense {
         for i in 0..dense.cells.len() / 2 {
             dense.between(i as f64 + 0.5, 2, &mut z);
             let exact = dense.exact.at(2 * i + 1);
-            let [q, p, w] = [exact.q, exact.p, exact.w];
-            let [q, p, w] = [(&z[..n], q), (&z[n..2 * n], p), (&z[2 * n..], w)]
-                .map(|(found, exact)| distance(found, exact));
+            let found = StateRef { q: &z[..n], p: &z[n..2 * n], w: &z[2 * n..], t: exact.t };
+            let [q, p, w] = apart(found, exact, dense.exact.motors());
             dense.cells[2 * i..2 * i + 2].fill(Doubt { q, p, w });
         }
         dense
@@ -189,8 +187,9 @@ impl Dense {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Model;
     use afterbay_core::{ExactFlow, State};
-    use afterbay_systems::DampedOscillator;
+    use afterbay_systems::{DAMPED_OSCILLATOR, DampedOscillator};
 
     #[test]
     fn the_reference_between_its_states_is_within_its_doubt() {
@@ -202,7 +201,8 @@ mod tests {
         };
         for count in [64, 256, 1024] {
             let spacing = 20.0 / f64::from(count);
-            let mut solution = Solution::with_room(1, count as usize + 1);
+            let model = Model::of(&DAMPED_OSCILLATOR, &[1.0, 0.3]);
+            let mut solution = Solution::with_room(&model, count as usize + 1);
             (0..=count).for_each(|i| solution.push(exact(f64::from(i) * spacing).state_ref()));
             let (dense, mut z) = (Dense::of(&system, solution, spacing), [0.0; 3]);
             let worst = dense.cells.iter().map(|doubt| doubt.most()).fold(0.0, f64::max);

@@ -5,7 +5,7 @@ use super::dense::Dense;
 use super::setting::Choice;
 use crate::measured::{Doubt, Measured};
 use crate::progress::Progress;
-use crate::solution::{accounts, distance};
+use crate::solution::apart;
 use crate::study::Problem;
 use crate::study::outcome::Ending;
 use crate::study::watch::Watch;
@@ -129,11 +129,7 @@ struct Comparison<'a> {
 fn off(found: StateRef<'_, f64>, z: &[f64], motors: &Motors) -> [f64; 2] {
     let (q, rest) = z.split_at(found.q.len());
     let (p, w) = rest.split_at(found.p.len());
-    let n = q.len() - motors.count();
-    let exact = StateRef { q, p, w, t: found.t };
-    let [found_w, exact_w] = [found, exact].map(|state| accounts(state, motors).w);
-    let pairs = [(&found.q[..n], &q[..n]), (&found.p[..n], &p[..n]), (&found_w, &exact_w)];
-    let [q, p, w] = pairs.map(|(found, exact)| distance(found, exact));
+    let [q, p, w] = apart(found, StateRef { q, p, w, t: found.t }, motors);
     [larger_or_nan(q, p), w]
 }
 

@@ -39,7 +39,7 @@ fn follow(
     progress: &dyn Progress,
 ) -> Result<Solution<Quad>, IntegrateError> {
     let run = problem.model.bind_in::<Quad>(method("linear-exact")?)?;
-    let mut solution = Solution::with_room(problem.model.dof(), count + 1);
+    let mut solution = Solution::with_room(&problem.model, count + 1);
     let grid = Grid::<Quad>::of(h / parts as f64, count as u64 * parts)?;
     run.run(grid, &mut problem.start()?, 1, &mut |step, state| {
         if step % parts == 0 {

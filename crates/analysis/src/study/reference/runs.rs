@@ -10,9 +10,9 @@ use afterbay_core::{Grid, InputError, IntegrateError, Scalar, State, StateRef, T
 use afterbay_methods::registry::Setting;
 use std::ops::ControlFlow;
 
-/// The largest difference of two runs that agree, relative to the largest number in them.
+/// The largest difference of two runs that agree, relative to the largest |q_j|, |p_j| or |w_j|.
 const AGREEMENT: f64 = 1e-12;
-/// Differences below this share of the largest number that no longer fall are roundings. Above it
+/// Differences below this share of the largest of them that no longer fall are roundings. Above it
 /// the errors may not have reached their order yet, and the search goes on.
 const ROUNDINGS: f64 = 1e-9;
 /// The number of successive differences without a decrease after which the search ends.
@@ -108,7 +108,7 @@ fn halved(
     let affordable = MOST_WORK as f64 / (4.0 * (count * dof) as f64);
     let first = (h / COARSEST).ceil().min(affordable).max(3.0) as u64 | 1;
     let follow = |parts: u64| -> Result<Solution<f64>, IntegrateError> {
-        let mut solution = Solution::with_room(dof, count + 1);
+        let mut solution = Solution::with_room(&problem.model, count + 1);
         let grid = Grid::<f64>::of(h / parts as f64, count as u64 * parts)?;
         // Of all runs, were this the last; there are two at least.
         let (before, all) = (parts - first, (2 * parts).max(4 * first) - first);
@@ -139,7 +139,7 @@ fn halved(
         }
         let found = follow(parts);
         if let (Ok(before), Ok(found)) = (&before, &found) {
-            let (doubt, size) = found.distance(before);
+            let (doubt, size) = (found.distance(before).most(), found.size());
             idle = if doubt > last / 2.0 && doubt < ROUNDINGS * size { idle + 1 } else { 0 };
             let uneven = if doubt > last / 2.0 { (last / doubt).max(1.0) } else { 1.0 };
             let candidate = checked(found, before, if uneven.is_finite() { uneven } else { 1.0 });
@@ -170,7 +170,7 @@ fn by_tolerance(
     let (run, dof) = (problem.model.bind(method(name)?)?, problem.model.dof());
     let most = MOST_WORK / dof as u64;
     let mut state: State<Vec<f64>> = problem.start()?;
-    let mut solution = Solution::with_room(dof, count + 1);
+    let mut solution = Solution::with_room(&problem.model, count + 1);
     solution.push(state.state_ref());
     let mut steps = 0;
     for i in 1..=count {

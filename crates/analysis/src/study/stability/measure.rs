@@ -28,8 +28,9 @@
 use super::halves::Halves;
 use super::image::Image;
 use super::track::Track;
+use super::verdict::GROWTH;
 use crate::study::side::{Side, lane_of, put_lane};
-use afterbay_core::{Passive, Scalar, StateRef, System};
+use afterbay_core::{Mask, Passive, Scalar, StateRef, System};
 
 /// The most observations of a run.
 pub(crate) const MOST_OBSERVATIONS: u64 = 2048;
@@ -166,8 +167,8 @@ impl<T: Side> Workspace<T> {
 pub(super) struct Statistics<T> {
     /// The mean of A over the second half.
     pub(super) size: T,
-    /// The largest A.
-    pub(super) largest: T,
+    /// 1 if A has exceeded [`GROWTH`] by a rise of H, else 0.
+    grows: T,
     pub(super) halves: Halves<T>,
     /// Over the stations: the largest deviation of a component of z from the exact solution, as a
     /// multiple of the allowed one, the largest |K - K_0|, and the largest |H| + Σ |w_j| + T.
@@ -182,7 +183,7 @@ impl<T: Side> Statistics<T> {
     pub(super) fn nothing(dof: usize, image: &Image<T>) -> Self {
         Self {
             size: T::zero(),
-            largest: T::zero(),
+            grows: T::zero(),
             halves: Halves::nothing(image.size()),
             stations: [T::zero(); 3],
             filled: vec![T::zero(); dof],
@@ -212,7 +213,14 @@ impl<T: Side> Statistics<T> {
         if observation.half == 1 {
             self.size = weight.mul_add(size, self.size);
         }
-        self.largest = larger(self.largest, size);
+        let is_large = size.le(T::from_f64(GROWTH)).not();
+        if is_large.any() {
+            let (energy, before) = (system.energy(state.q, state.p), track.total);
+            let rounding = T::from_f64(KEPT) * (energy.abs() + before.abs());
+            // What falls down a hill has a large T, and its H does not rise.
+            let has_risen = (energy - before - kinetic.half() - rounding).le(T::zero()).not();
+            self.grows = T::select(is_large.and(has_risen), T::one(), self.grows);
+        }
         self.halves.add(observation.half, weight, z, &track.origin);
         if let Some(off) = observation.station.and_then(|station| track.off(station, z)) {
             let energy = system.energy(state.q, state.p);
@@ -241,7 +249,7 @@ impl<T: Side> Statistics<T> {
     pub(super) fn lane(&self, k: usize) -> Statistics<f64> {
         Statistics {
             size: self.size.lane(k),
-            largest: self.largest.lane(k),
+            grows: self.grows.lane(k),
             halves: self.halves.lane(k),
             stations: self.stations.map(|most| most.lane(k)),
             filled: lane_of(&self.filled, k),
@@ -252,7 +260,7 @@ impl<T: Side> Statistics<T> {
     /// Replaces lane k.
     pub(super) fn put(&mut self, k: usize, one: &Statistics<f64>) {
         self.size = self.size.with(k, one.size);
-        self.largest = self.largest.with(k, one.largest);
+        self.grows = self.grows.with(k, one.grows);
         self.halves.put(k, &one.halves);
         put_lane(&mut self.stations, k, &one.stations);
         put_lane(&mut self.filled, k, &one.filled);
@@ -282,6 +290,11 @@ impl Statistics<f64> {
             Passive::Each => self.violated[0] > 0.0,
             Passive::InSum => self.violated[1] > 0.0,
         }
+    }
+
+    /// Whether the energy has grown far beyond that of the solution.
+    pub(super) fn grows(&self) -> bool {
+        self.grows > 0.0
     }
 
     /// Whether q, p and w were within the allowed deviation at every station.

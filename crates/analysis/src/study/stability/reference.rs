@@ -35,6 +35,10 @@ pub(super) struct Reference {
     pub(super) standing: Standing,
     /// Whether it is resolved at each station.
     pub(super) followed: bool,
+    /// Whether a step is too long to resolve the motion.
+    pub(super) leaps: bool,
+    /// Whether no coordinate moves, although forces that are roundings act.
+    pub(super) rests: bool,
     pub(super) scales: Scales<f64>,
     /// The mean of A over the second half.
     pub(super) size: f64,
@@ -46,6 +50,14 @@ pub(super) struct Reference {
 pub struct References(pub(super) Vec<Option<Vec<Reference>>>);
 
 impl Reference {
+    /// Whether another solution, whose start is displaced, stays near the place where this one
+    /// rests.
+    fn stays_with(&self, displaced: &Self) -> bool {
+        let reach: f64 = self.scales.centre.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let off = |(a, b): (&f64, &f64)| (a - b).abs() <= GROWN * DISPLACED * reach;
+        self.scales.track.places().zip(displaced.scales.track.places()).all(off)
+    }
+
     /// Whether a run has the size and the place of this solution.
     pub(super) fn is_as_large(&self, statistics: &Statistics<f64>) -> bool {
         let means = statistics.halves.last_mean().iter().zip(&self.scales.track.origin);
@@ -66,10 +78,8 @@ impl Reference {
     }
 }
 
-/// The length of a step of the first solution, its least number of steps, and the most steps of the
-/// last.
-const COARSEST: f64 = 0.02;
-const LEAST_STEPS: u64 = 256;
+/// The steps of the first solution, whatever the unit of time, and the most steps of the last.
+const LEAST_STEPS: u64 = 1 << 12;
 const MOST_STEPS: u64 = 1 << 21;
 
 /// The change on halving the step at which a solution is resolved, as a share of what a verdict
@@ -77,6 +87,11 @@ const MOST_STEPS: u64 = 1 << 21;
 /// sixteenth of the error.
 const SETTLED: f64 = 0.01;
 const STEADY: f64 = 0.1;
+/// A rest under forces that are roundings is known if a displacement of this share of q grows by at
+/// most this factor. Short steps keep q at rest even where it is unstable, since they add less
+/// than a rounding to it.
+const DISPLACED: f64 = 1.0 / (1 << 20) as f64;
+const GROWN: f64 = 256.0;
 /// The number of steps between two checks whether to stop.
 const PAUSE: u64 = 1024;
 
@@ -141,15 +156,15 @@ impl<T: Side> Exact<'_, T> {
         let Some(end) = self.batch.events.last().map(|event| event.t) else {
             return Ok(Some(vec![vec![]; T::LANES]));
         };
-        let mut count =
-            ((end / COARSEST) as u64).clamp(LEAST_STEPS, MOST_STEPS / 2).next_power_of_two();
+        let mut count = LEAST_STEPS;
         let mut before: Option<Vec<Vec<Reference>>> = None;
         loop {
             let last = count >= MOST_STEPS;
-            let mut found = self.solution(end, count)?;
+            let mut found = self.solution(end, count, 0.0)?;
             if let Some(found) = &mut found
                 && (mark_resolved(found, before.as_deref()) || last)
             {
+                self.doubt_rests(found, end, count)?;
                 return Ok(Some(std::mem::take(found)));
             }
             if last || self.progress.stopped() {
@@ -160,9 +175,38 @@ impl<T: Side> Exact<'_, T> {
         }
     }
 
-    /// The references by RK4 with `count` steps; `None` if a number is not finite.
-    fn solution(&self, end: f64, count: u64) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
+    /// Marks those that rest where a displacement grows as not settled: roundings decide when the
+    /// motion leaves.
+    fn doubt_rests(
+        &self,
+        found: &mut [Vec<Reference>],
+        end: f64,
+        count: u64,
+    ) -> Result<(), InputError> {
+        if !found.iter().flatten().any(|found| found.rests) {
+            return Ok(());
+        }
+        let beside = self.solution(end, count, DISPLACED)?.unwrap_or_default();
+        let mut beside = beside.iter().flatten();
+        for found in found.iter_mut().flatten() {
+            let near = |beside: &Reference| found.stays_with(beside);
+            if !beside.next().is_some_and(near) && found.rests {
+                found.standing = Standing::Unsettled;
+            }
+        }
+        Ok(())
+    }
+
+    /// The references by RK4 with `count` steps, from q displaced by a share; `None` if a number is
+    /// not finite.
+    fn solution(
+        &self,
+        end: f64,
+        count: u64,
+        displaced: f64,
+    ) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
         let mut state = self.problem.start::<T>()?;
+        state.q.iter_mut().for_each(|q| *q += *q * T::from_f64(displaced));
         let dof = state.dof();
         let length = end / count as f64;
         let image = |k: usize| self.images[k.min(self.images.len() - 1)].clone();
@@ -196,6 +240,10 @@ fn mark_resolved(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>
     let mut all = true;
     for (found, before) in found.iter_mut().flatten().zip(before.iter().flatten()) {
         let mean = &found.scales.centre;
+        if found.leaps {
+            all = false;
+            continue;
+        }
         if before.agrees(found.size, mean, [SETTLED * TOLERANCE, SETTLED * SHARE]) {
             found.standing = Standing::Resolved;
         }

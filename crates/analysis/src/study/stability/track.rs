@@ -11,7 +11,7 @@ pub(super) struct Track<T> {
     pub(super) origin: Vec<T>,
     /// K at the start.
     pub(super) total: T,
-    /// 1 divided by the deviation allowed to each component of z.
+    /// 1 divided by the deviation allowed to each component of z; 0 for one that is not judged.
     by_allowed: Vec<T>,
     /// z at each station, one after the other.
     stations: Vec<T>,
@@ -19,31 +19,33 @@ pub(super) struct Track<T> {
 
 /// The least size of a component, as a share of the largest of its kind.
 const LEAST: f64 = 0.01;
-/// A size below this share of the largest number is rounding; the component is at rest.
+/// A size below this share of the largest number of its kind is rounding; the component is at rest.
 const ROUNDING: f64 = 1e-12;
 
-/// The size of each component of z, from its least and its largest value along the exact solution:
-/// half the range of x and p, and the largest |w|. Both components of a point on a circle have the
-/// larger size. No size is less than [`LEAST`] of the largest of its kind.
-pub(super) fn sizes(image: &Image<f64>, low: &[f64], high: &[f64]) -> Vec<f64> {
+/// The size of each component of z, from its least and its largest value along the exact solution,
+/// whose largest energy is given: half the range of x and p, and the largest |w|. Both components
+/// of a point on a circle have the larger size. No size is less than [`LEAST`] of the largest of
+/// its kind. Those of p_j and w_j are infinite where x_j rests, since roundings have none.
+pub(super) fn sizes(image: &Image<f64>, [low, high]: [&[f64]; 2], energy: f64) -> Vec<f64> {
     let kinds = image.kinds();
-    let largest = low.iter().chain(high).fold(0.0, |most: f64, z| most.max(z.abs()));
-    let own = |i: usize| match kinds[i].0 {
-        2 => low[i].abs().max(high[i].abs()),
-        _ => 0.5 * (high[i] - low[i]),
+    let magnitude = |i: usize| low[i].abs().max(high[i].abs());
+    let own = |i: usize| if kinds[i].0 == 2 { magnitude(i) } else { 0.5 * (high[i] - low[i]) };
+    let most = |kind: usize, of: &dyn Fn(usize) -> f64| {
+        (0..kinds.len()).filter(|&i| kinds[i].0 == kind).map(of).fold(0.0, f64::max)
     };
-    let most = |with: &dyn Fn(usize) -> bool| {
-        (0..kinds.len()).filter(|&i| with(i)).map(own).fold(0.0, f64::max)
+    let least = [0, 1, 2].map(|kind| LEAST * most(kind, &own));
+    let [x, p, w] = [0, 1, 2].map(|kind| most(kind, &magnitude));
+    let roundings = [x, p, w.max(energy)].map(|largest| ROUNDING * largest);
+    // The two components of a point on a circle are two of one kind and coordinate.
+    let joint = |of: (usize, usize)| {
+        (0..kinds.len()).filter(|&i| kinds[i] == of).map(own).fold(0.0, f64::max)
     };
-    let of_kind = [0, 1, 2].map(|kind| most(&|i| kinds[i].0 == kind));
-    let size = |i: usize| {
-        // The two components of a point on a circle are neighbours.
-        let beside = [i.saturating_sub(1), (i + 1).min(kinds.len() - 1)];
-        let of_point = beside.into_iter().filter(|&k| kinds[k] == kinds[i]).map(own);
-        let joint = of_point.fold(own(i), f64::max);
-        joint.max(LEAST * of_kind[kinds[i].0]) + ROUNDING * largest
+    let rests = |j: usize| joint((0, j)) <= roundings[0];
+    let size = |&(kind, j): &(usize, usize)| {
+        let size = joint((kind, j)).max(least[kind]) + roundings[kind];
+        if kind > 0 && rests(j) { f64::INFINITY } else { size }
     };
-    (0..kinds.len()).map(size).collect()
+    kinds.iter().map(size).collect()
 }
 
 impl Track<f64> {
@@ -59,9 +61,15 @@ impl Track<f64> {
         Self { image, origin, total, by_allowed: by_allowed.collect(), stations }
     }
 
-    /// The deviation allowed to each component of z.
+    /// The deviation allowed to each component of z, infinite for one that is not judged.
     pub(super) fn allowed(&self) -> Vec<f64> {
-        self.by_allowed.iter().map(|by| if *by > 0.0 { by.recip() } else { 0.0 }).collect()
+        self.by_allowed.iter().map(|by| by.recip()).collect()
+    }
+
+    /// x at all stations.
+    pub(super) fn places(&self) -> impl Iterator<Item = &f64> {
+        let (size, places) = (self.image.size(), self.image.places());
+        self.stations.chunks(size).flat_map(move |z| &z[..places])
     }
 
     /// Whether another solution agrees within a share of the allowed deviation at every station.

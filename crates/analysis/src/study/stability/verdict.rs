@@ -27,7 +27,7 @@ pub enum Verdict {
     PassivityViolated,
     /// Bounded, but without a reference: RK4 at its shortest step does not settle.
     Unjudged,
-    /// The motion grows beyond [`GROWTH`] times the largest of the exact solution, in energy.
+    /// The energy grows beyond [`GROWTH`] times the largest of the exact solution.
     Growing,
     /// A number was not finite.
     NotFinite,
@@ -87,7 +87,7 @@ impl Verdict {
         let statistics = &ending.statistics;
         match ending.failure {
             Some(failure) => Self::of_failure(&failure),
-            None if !(statistics.size.is_finite() && statistics.largest <= GROWTH) => Self::Growing,
+            None if statistics.grows() => Self::Growing,
             None if statistics.violates_passivity(passivity) => Self::PassivityViolated,
             None => match exact.standing {
                 Standing::Leaves => Self::Wrong,
@@ -144,7 +144,8 @@ pub const TOLERANCE: f64 = 0.1;
 pub const SHARE: f64 = 0.1;
 
 /// A motion grows if A exceeds this number, which is about this many times the largest energy of
-/// the exact solution.
+/// the exact solution, and H has risen by at least half of T. One that falls from an unstable
+/// equilibrium, where the exact solution rests, does not grow.
 pub const GROWTH: f64 = 1e3;
 
 /// The meaning of the verdicts in words, where A, c and Q are known.
@@ -158,7 +159,7 @@ pub fn rules() -> String {
          K is kept to {KEPT:e} of its terms if the method claims to keep it. \"Right but late\" \
          means right in all but the phase: over each half of the run the mean of every q_j, p_j \
          and w_j, and the root mean square about it, are within {SHARE} of its size. A periodic \
-         coordinate is compared as a point of a circle. \"Growing\" means that A exceeds {GROWTH}. \
-         Run and reference are compared after the same steps, at most {MOST_OBSERVATIONS} of them."
+         coordinate is compared as a point of a circle. \"Growing\" means that A exceeds {GROWTH} \
+         by a rise of H. Run and reference are compared after the same steps, at most {MOST_OBSERVATIONS} of them."
     )
 }

@@ -9,6 +9,10 @@ use super::verdict::SHARE;
 use crate::study::side::{Side, lane_of};
 use afterbay_core::{StateRef, System};
 
+/// The longest leap of a component in a step, as a share of its size. Steps that leap over a motion
+/// may damp it out alike, however often they are halved.
+const LONGEST: f64 = 0.5;
+
 /// A point of the solution.
 struct Node<T> {
     /// q, p and w.
@@ -44,13 +48,17 @@ pub(super) struct Walk<'a, T> {
     start: Option<(Vec<T>, T)>,
     /// The largest T and |x|² so far.
     largest: [T; 2],
-    /// The least and the largest value of each number of z so far.
-    range: [Vec<T>; 2],
+    /// The least and the largest value of each number of z so far, and its longest leap from one
+    /// point to the next.
+    range: [Vec<T>; 3],
     pub(super) sums: Vec<Sums<T>>,
     between: [Vec<T>; 3],
     /// Workspace for ∂H/∂q, D and ∂H/∂p.
     workspace: [Vec<T>; 3],
+    /// z at this point, at the one before, and between them.
     z: Vec<T>,
+    last: Vec<T>,
+    there: Vec<T>,
 }
 
 /// The observations for a step h.
@@ -64,7 +72,7 @@ pub(super) struct Sums<T> {
     kinetic: T,
     /// The largest T and |x|² at the last observation.
     largest: [T; 2],
-    range: [Vec<T>; 2],
+    range: [Vec<T>; 3],
     halves: Halves<T>,
     /// z at the stations.
     stations: Vec<T>,
@@ -87,10 +95,12 @@ impl<'a, T: Side> Walk<'a, T> {
             now: node(),
             start: None,
             largest: [T::zero(); 2],
-            range: [z.clone(), z.clone()],
+            range: [z.clone(), z.clone(), z.clone()],
             sums: (0..steps).map(|_| Sums::nothing(&image)).collect(),
             between: three(),
             workspace: three(),
+            last: z.clone(),
+            there: z.clone(),
             z,
             image,
         }
@@ -98,7 +108,7 @@ impl<'a, T: Side> Walk<'a, T> {
 
     /// Adds the next point.
     pub(super) fn arrive(&mut self, state: StateRef<'_, T>) {
-        let Self { image, z, range: [low, high], .. } = self;
+        let Self { image, z, last, range: [low, high, leap], .. } = self;
         std::mem::swap(&mut self.before, &mut self.now);
         let Node { point: [q, p, w], slopes: [dq, hq, _], asked } = &mut *self.now;
         q.copy_from_slice(state.q);
@@ -106,16 +116,19 @@ impl<'a, T: Side> Walk<'a, T> {
         w.copy_from_slice(state.w);
         self.system.gradient(q, p, hq, dq);
         *asked = false;
+        std::mem::swap(z, last);
         image.of(state, z);
         if self.start.is_none() {
             let energy = self.system.energy(q, p);
             self.start = Some((z.clone(), w.iter().fold(energy, |sum, &w| sum + w)));
-            low.copy_from_slice(z);
-            high.copy_from_slice(z);
+            [&mut *low, high, last].into_iter().for_each(|part| part.copy_from_slice(z));
         }
-        for ((&z, low), high) in z.iter().zip(low).zip(high) {
+        for (((&z, &last), low), (high, leap)) in
+            z.iter().zip(&*last).zip(low).zip(high.iter_mut().zip(leap))
+        {
             *low = T::select(z.lt(*low), z, *low);
             *high = larger(*high, z);
+            *leap = larger(*leap, (z - last).abs());
         }
         let reach = z[..image.places()].iter().fold(T::zero(), |sum, &x| x.mul_add(x, sum));
         let sizes = [kinetic(p, dq), reach];
@@ -146,9 +159,9 @@ impl<'a, T: Side> Walk<'a, T> {
         let [hq, _, hp] = &mut self.workspace;
         self.system.gradient(q, p, hq, hp);
         let t = T::from_f64(event.t);
-        self.image.of(StateRef { q, p, w, t }, &mut self.z);
+        self.image.of(StateRef { q, p, w, t }, &mut self.there);
         if let (Some(sums), Some((origin, _))) = (self.sums.get_mut(event.step), &self.start) {
-            sums.observe(&self.z, kinetic(p, hp), event, origin);
+            sums.observe(&self.there, kinetic(p, hp), event, origin);
             sums.largest = self.largest;
             for (to, from) in sums.range.iter_mut().zip(&self.range) {
                 to.copy_from_slice(from);
@@ -184,7 +197,7 @@ impl<T: Side> Sums<T> {
             away: zero,
             kinetic: zero,
             largest: [zero; 2],
-            range: [zeros(), zeros()],
+            range: [zeros(), zeros(), zeros()],
             halves: Halves::nothing(image.size()),
             stations: Vec::new(),
         }
@@ -211,21 +224,25 @@ impl<T: Side> Sums<T> {
     }
 
     fn reference(&self, k: usize, image: &Image<f64>, start: &[f64], total: f64) -> Reference {
-        let [by_kinetic, by_reach] =
-            self.largest.map(|x| x.lane(k)).map(|x| if x > 0.0 { x.recip() } else { 0.0 });
+        let [kinetic, reach] = self.largest.map(|x| x.lane(k));
+        let [low, high, leap] = self.range.each_ref().map(|range| lane_of(range, k));
+        let sizes = sizes(image, [&low, &high], total.abs() + kinetic);
+        let moves = sizes[image.places()..].iter().any(|size| size.is_finite());
+        let by = |x: f64| if x > 0.0 { x.recip().min(f64::MAX) } else { 0.0 };
+        let (by_kinetic, by_reach) = (if moves { by(kinetic) } else { 0.0 }, by(reach));
         let centre = lane_of(&self.mean, k);
         let origin =
             self.origin.as_ref().map_or_else(|| centre.clone(), |origin| lane_of(origin, k));
         let shift: f64 = centre.iter().zip(&origin).map(|(c, o)| (c - o) * (c - o)).sum();
         let away = (self.away.lane(k) - shift).max(0.0);
         let size = self.kinetic.lane(k) * by_kinetic + away * by_reach;
-        let [low, high] = self.range.each_ref().map(|range| lane_of(range, k));
-        let allowed: Vec<f64> =
-            sizes(image, &low, &high).into_iter().map(|size| SHARE * size).collect();
+        let leaps = leap.iter().zip(&sizes).any(|(leap, size)| *leap > LONGEST * size);
+        let allowed: Vec<f64> = sizes.into_iter().map(|size| SHARE * size).collect();
         let track =
             Track::new(image.clone(), start.to_vec(), total, &allowed, lane_of(&self.stations, k));
         let scales = Scales { by_kinetic, by_reach, centre, track };
         let halves = self.halves.lane(k);
-        Reference { standing: Standing::Unsettled, followed: false, scales, size, halves }
+        let (standing, rests) = (Standing::Unsettled, !moves && kinetic > 0.0);
+        Reference { standing, followed: false, leaps, rests, scales, size, halves }
     }
 }

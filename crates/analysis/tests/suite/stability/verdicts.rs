@@ -199,3 +199,28 @@ fn a_phase_error_with_the_right_amplitude_is_late() {
     assert_eq!(of(damped(6.0), "moddg", 2.0, 60.0), Verdict::Wrong);
     assert_eq!(of(damped(0.02), "moddg", 0.3, 60.0), Verdict::Late);
 }
+
+/// At the top of its circle a pendulum stands on the roundings of π, and falls when those of its
+/// steps let it. H falls too, however small T is in a solution that still stands. After a time no
+/// solution is known, with which a run could be compared.
+#[test]
+fn a_fall_from_an_unstable_equilibrium_is_no_growth() {
+    let fall = |potential: &str, method: &str, h: f64, end: f64| {
+        let model = custom(potential, &["c*v1"], &[("c", 0.1)]);
+        cell(model, [std::f64::consts::PI, 0.0], method, h, end).verdict
+    };
+    for potential in ["1 - cos(q1)", "-cos(q1)"] {
+        for method in ["moddg", "rk4", "leapfrog", "gonzalez"] {
+            for h in [0.1, 0.3, 0.5, 1.0] {
+                assert_eq!(fall(potential, method, h, 4.0), Verdict::Right, "{method} {h}");
+                for end in [10.0, 40.0, 100.0] {
+                    assert_eq!(fall(potential, method, h, end), Verdict::Unjudged, "{method} {h}");
+                }
+            }
+        }
+    }
+    // At the bottom, too, the force is a rounding.
+    assert_eq!(fall("1 + cos(q1)", "rk4", 0.1, 100.0), Verdict::Right);
+    // A run of leap-frog that leaves the bottom with ever larger steps does grow.
+    assert_eq!(fall("q1^2", "leapfrog", 1.5, 100.0), Verdict::Growing);
+}

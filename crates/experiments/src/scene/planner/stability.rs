@@ -57,6 +57,7 @@ impl Planner<'_> {
         let values = self.range(named, ends, varied.count, varied.scale, f64::NEG_INFINITY)?;
         let known = self.problem.model.parameters();
         if !known.contains(&varied.name.as_str()) {
+            self.not_computed(&format!("{named}.name"), &varied.name)?;
             let known = known.into_iter().map(str::to_owned).collect();
             let problem =
                 SceneProblem::Unknown { what: "parameter", name: varied.name.clone(), known };
@@ -81,6 +82,18 @@ impl Planner<'_> {
             }
         }
         Ok(values)
+    }
+
+    /// Refuses to vary a parameter that is an expression in others.
+    pub(in crate::scene) fn not_computed(&self, path: &str, name: &str) -> Planned<()> {
+        let of_drive = self.document.drive.as_ref().and_then(|drive| drive.parameters.get(name));
+        match of_drive.or(self.document.system.parameters.get(name)) {
+            Some(Expression::Text(_)) => {
+                let why = "it is computed from other parameters";
+                self.refuse(path, SceneProblem::NotVaried { name: name.into(), why })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// A parameter of a built-in system that is computed from this one when the scene is read. In a

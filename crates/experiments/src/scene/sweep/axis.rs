@@ -1,6 +1,6 @@
 //! The quantities that a sweep varies.
 
-use super::super::document::{Expression, SweepTable, Varied};
+use super::super::document::{SweepTable, Varied};
 use super::super::planner::Planner;
 use super::super::problem::{SceneError, SceneProblem};
 use afterbay_analysis::Spacing;
@@ -69,11 +69,7 @@ fn entries(letter: char, dof: usize) -> Vec<String> {
 impl Planner<'_> {
     pub(super) fn axis(&self, name: &str, varied: &Varied) -> Result<Axis, SceneError> {
         let path = format!("sweep.vary.{name}");
-        let of_drive = self.document.drive.as_ref().and_then(|drive| drive.parameters.get(name));
-        if let Some(Expression::Text(_)) = of_drive.or(self.document.system.parameters.get(name)) {
-            let why = "it is computed from other parameters";
-            return self.refuse(&path, SceneProblem::NotVaried { name: name.into(), why });
-        }
+        self.not_computed(&path, name)?;
         let (known, dof) = (self.problem.model.parameters(), self.problem.model.degrees());
         let entry = |letter: char| {
             let j: usize = name.strip_prefix(letter)?.parse().ok()?;

@@ -185,6 +185,17 @@ fn what_cannot_be_varied_is_told_from_what_is_not_there() {
     assert_eq!(help, "there are k, q1, q2, p1, p2");
     let (_, help) = refused("w*q1^2 + q6^2", "zz");
     assert_eq!(help, "there are k, q1, q2, .., q6, p1, p2, .., p6");
+    // Nor can a study vary it.
+    for study in ["stability]\nsteps = [0.1]", "bifurcation]\ninterval = 1.0"] {
+        let text = format!(
+            "[system]\nname = 'custom'\npotential = 'w*q1^2'\n\
+             parameters = {{ k = 1, w = '2*k' }}\n[initial]\nq = [1.0]\np = [0.0]\n\
+             [time]\nend = 1.0\nstep = 0.1\n[study.{study}\n\
+             methods = ['rk4']\nparameter = {{ name = 'w', from = 1, to = 2, count = 2 }}\n"
+        );
+        let said = Scene::read(&text).expect_err("a mistake").problem.to_string();
+        assert_eq!(said, "w cannot be varied: it is computed from other parameters", "{study}");
+    }
 }
 
 /// A driven oscillator, with each study of its attractors.
