@@ -7,8 +7,10 @@ use crate::numbers::Scalar;
 /// the largest |q_j|, |p_j| and |w_j| are the sizes of q, p and w.
 ///
 /// Each method divides the error among its steps, so that their errors add up to about the
-/// tolerance. The time of a driven system is not counted as a coordinate. A system whose solutions
-/// diverge magnifies the errors, and one whose solutions converge reduces them.
+/// tolerance. The time of a driven system is not counted as a coordinate, and the energy that it is
+/// supplied with counts as w, not as a momentum. No error of w is asked for below the rounding of
+/// H. A system whose solutions diverge magnifies the errors, and one whose solutions converge
+/// reduces them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Relative to the size of q and p.

@@ -183,18 +183,33 @@ fn a_drag_that_turns_within_a_step_is_seen() {
 }
 
 /// The slope of the drag changes near v = 0 within a small part of a step. It is small beside the
-/// spring.
+/// spring. A single run may miss it by chance, so that the share of runs counts that err by more
+/// than ten times the tolerance. It is 0.2 if the flow is taken for as smooth as the solution.
 #[test]
 fn a_drag_that_changes_at_low_speed_is_seen() {
-    head();
-    for (potential, start) in
-        [("q1^2/2", [&[1.684], &[-0.153]]), ("cosh(q1)", [&[1.018], &[0.023]])]
-    {
+    let (row, mut random) = (find("adaptive-collocation").unwrap(), 0.5_f64);
+    let (mut runs, mut far, mut largest) = (0.0, 0.0, 0.0_f64);
+    for potential in ["q1^2/2", "cosh(q1)"] {
         let system = described(potential, &["0.2*v1*sqrt(v1^2 + 0.0001)"]);
-        let (start, end): ([&[f64]; 2], f64) = (start.map(|x| &x[..]), 30.0);
-        let exact = series(&*system.series(), start, end);
-        line(find("adaptive-collocation").unwrap(), &system.curved(), start, end, &exact);
+        for _ in 0..20 {
+            let [q, p] = [(); 2].map(|()| {
+                // The fractional parts of multiples of the golden ratio.
+                random = (random + 0.618_033_988_749_895).fract();
+                4.0 * random - 2.0
+            });
+            let (start, end): ([&[f64]; 2], f64) = ([&[q], &[p]], 30.0);
+            let exact = series(&*system.series(), start, end);
+            for digits in 4..=12 {
+                let tolerance = 10f64.powi(-digits);
+                let (found, _) = run(row, &system.curved(), start, end, tolerance);
+                let error = shares(&found, &exact, tolerance).into_iter().fold(0.0, f64::max);
+                (runs, largest) = (runs + 1.0, largest.max(error));
+                far += f64::from(u8::from(error > 10.0));
+            }
+        }
     }
+    println!("{far} of {runs} runs, at most {largest:.0} times the tolerance");
+    assert!(far < 0.03 * runs && largest < 300.0, "{far} of {runs}, {largest}");
 }
 
 /// The forces of a long chain cancel, and at the tightest tolerance the error allowed of p is below
