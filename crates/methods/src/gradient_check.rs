@@ -37,9 +37,6 @@ pub(crate) fn check_gradient<T: Scalar, S: System<T> + ?Sized>(
     q: &[T],
     p: &[T],
 ) -> Result<(), StepFailure> {
-    if T::IS_EXTENDED {
-        return Ok(());
-    }
     check_slope(&mut Ray { system, z: [q, p], scale: 1.0, memory: &mut Memory::new(q.len()) })
 }
 

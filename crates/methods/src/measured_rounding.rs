@@ -55,8 +55,7 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
 /// Terms that cancel inside H, as in 1 - cos q, leave an error that |H| does not bound, and only a
 /// measurement shows it. The shares are 2^-4 to 2^-20, so that H changes by more than one unit in
 /// the last place of its terms unless z is nearly at rest. A difference far above those of smaller
-/// shares counts only if it remains as the interval is halved. In scalars of more than 53 bits
-/// nothing is measured.
+/// shares counts only if it remains as the interval is halved.
 ///
 /// # Errors
 /// [`StepFailure::NotGradient`]
@@ -67,10 +66,6 @@ fn measure<T: Scalar, S: System<T> + ?Sized>(
     memory: &mut Memory<T>,
     largest: f64,
 ) -> Result<f64, StepFailure> {
-    // The rule has 16 digits.
-    if T::IS_EXTENDED {
-        return Ok(largest);
-    }
     let mut ray = Ray { system, z: [q, p], scale: 1.0, memory };
     check_slope(&mut ray)?;
     let (mut most, mut usual) = (largest * T::EPSILON / BOUND_OVER_MEASURED, 0.0_f64);

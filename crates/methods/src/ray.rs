@@ -1,18 +1,18 @@
 //! H and ∇H·z along the ray through a state z = (q, p): the change of H over an interval, compared
 //! with the integral of its slope.
 
-use afterbay_core::{Scalar, System};
+use crate::legendre::{gauss, narrow};
+use afterbay_core::{Quad, Scalar, System};
+use std::sync::LazyLock;
 
-/// Nodes and weights of the Gauss-Legendre rule of five points on [0, 1], to 15 digits: an estimate
-/// needs no more.
-/// M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, table 25.4.
-const GAUSS_LEGENDRE: [(f64, f64); 5] = [
-    (0.046_910_077_030_668, 0.118_463_442_528_094_5),
-    (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
-    (0.5, 0.284_444_444_444_444_4),
-    (0.769_234_655_052_841_5, 0.239_314_335_249_683_2),
-    (0.953_089_922_969_332, 0.118_463_442_528_094_5),
-];
+/// The number of nodes of the rule, even.
+const NODES: usize = 6;
+/// Nodes and weights of the Gauss-Legendre rule on [0, 1].
+static RULE: LazyLock<Vec<[Quad; 2]>> = LazyLock::new(|| {
+    let place = |x: Quad, weight: Quad| [(Quad::ONE + x).half(), weight];
+    gauss(NODES).into_iter().flat_map(|[x, weight]| [place(-x, weight), place(x, weight)]).collect()
+});
+
 /// Memory for a point and ∇H there.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory<T> {
@@ -37,8 +37,8 @@ pub(crate) struct Ray<'a, T, S: ?Sized> {
 
 impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
     /// Moves to the point at a share.
-    fn go(&mut self, share: f64) {
-        let factor = T::from_f64(self.scale * (1.0 + share));
+    fn go(&mut self, share: T) {
+        let factor = T::from_f64(self.scale) * (T::one() + share);
         for (at, z) in self.memory.at.iter_mut().zip(self.z) {
             at.iter_mut().zip(z).for_each(|(at, &z)| *at = factor * z);
         }
@@ -46,18 +46,19 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
 
     /// H at a share.
     fn energy(&mut self, share: f64) -> T {
-        self.go(share);
+        self.go(T::from_f64(share));
         let [q, p] = &self.memory.at;
         self.system.energy(q, p)
     }
 
     /// The integral of ∇H·z, with z scaled, over the shares between two, and the largest sum of its
     /// terms.
-    fn rise(&mut self, [from, to]: [f64; 2]) -> [f64; 2] {
-        let (mut integral, mut largest) = (0.0, 0.0_f64);
-        let scale = T::from_f64(self.scale);
-        for (node, weight) in GAUSS_LEGENDRE {
-            self.go(from + node * (to - from));
+    fn rise(&mut self, [from, to]: [f64; 2]) -> (T, f64) {
+        let (mut integral, mut largest) = (T::zero(), 0.0_f64);
+        let (scale, from, length) =
+            (T::from_f64(self.scale), T::from_f64(from), T::from_f64(to - from));
+        for &[node, weight] in RULE.iter() {
+            self.go(narrow::<T>(node).mul_add(length, from));
             let Memory { at: [q, p], slope: [hq, hp] } = &mut *self.memory;
             self.system.gradient(q, p, hq, hp);
             let products = self.z[0].iter().zip(&*hq).chain(self.z[1].iter().zip(&*hp));
@@ -67,10 +68,10 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
                 sum += term;
                 size += term.abs();
             }
-            integral += weight * (to - from) * sum.to_f64();
+            integral += narrow::<T>(weight) * length * sum;
             largest = largest.max(size.to_f64());
         }
-        [integral, largest]
+        (integral, largest)
     }
 }
 
@@ -91,18 +92,18 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
     /// The difference over an interval, by two rules.
     pub(crate) fn difference(&mut self, [from, to]: [f64; 2]) -> Difference {
         let middle = 0.5 * (from + to);
-        let [rise, slopes] = self.rise([from, to]);
-        let finer = self.rise([from, middle])[0] + self.rise([middle, to])[0];
+        let (rise, slopes) = self.rise([from, to]);
+        let finer = self.rise([from, middle]).0 + self.rise([middle, to]).0;
         let (before, after) = (self.energy(from), self.energy(to));
-        let change = (after - before).to_f64();
-        let size = (change - finer).abs();
+        let change = after - before;
+        let size = (change - finer).abs().to_f64();
         let terms = before.abs().to_f64() + after.abs().to_f64() + slopes;
         Difference {
             size,
-            changes: [change, finer],
+            changes: [change.to_f64(), finer.to_f64()],
             slopes,
             terms,
-            resolved: size.is_finite() && (rise - finer).abs() <= size / 16.0,
+            resolved: size.is_finite() && (rise - finer).abs().to_f64() <= size / 16.0,
         }
     }
 }

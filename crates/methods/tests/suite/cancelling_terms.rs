@@ -1,10 +1,11 @@
 //! Potentials whose terms cancel near rest: |H| is far below the roundings of its terms.
 
 use crate::catalog::{As, Built, written};
-use afterbay_core::{Grid, InputError, State, StateRef, Tolerance};
-use afterbay_methods::registry::{ADAPTIVE, FIXED, Row, Setting};
-use afterbay_systems::{Description, DissipationText};
+use afterbay_core::{Abilities, Grid, InputError, Quad, State, StateRef, Tolerance};
+use afterbay_methods::registry::{ADAPTIVE, FIXED, Row, Setting, bind};
+use afterbay_systems::{Custom, Description, DissipationText};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 fn system(potential: &str, n: usize) -> Built {
     let forces = (1..=n).map(|j| format!("0.5*p{j}")).collect();
@@ -42,6 +43,29 @@ fn every_method_comes_to_rest_from_afar() {
         (&format!("{lennard_jones} + 1"), 12.0, 0.1),
     ] {
         reaches_rest((potential, terms), 1, start, [0.05, 130.0]);
+    }
+}
+
+/// In 106 bits 1 - cos q is a rounding of 1 where q is 1e-16, as the neighbours of a state at rest
+/// are whose distance measures Lyapunov exponents.
+#[test]
+fn terms_that_cancel_in_106_bits_stop_no_method() {
+    let description = Description {
+        potential: "1 - cos(q1)".to_owned(),
+        dissipation: DissipationText::Forces(vec!["0.5*v1".to_owned()]),
+        ..Description::default()
+    };
+    let system = Custom::new(&description).unwrap().lift(|_, x| Quad::from(x));
+    let system: Arc<dyn Abilities<Quad>> = Arc::new(system);
+    let relaxed = |row: &Row| row.name.starts_with("relaxed");
+    for row in FIXED.iter().filter(|row| !relaxed(row)) {
+        let Ok(run) = bind(row, system.clone()) else { continue };
+        for q in [1e-14, 1e-16, 1e-18] {
+            let mut state = State::new(vec![Quad::from(q)], vec![Quad::from(0.3 * q)]).unwrap();
+            let grid = Setting::Step(Grid::new(0.05, 1.0).unwrap());
+            let done = run.run(grid, &mut state, 1, &mut |_, _| ControlFlow::Continue(()));
+            assert!(done.is_ok(), "{} from {q:e}: {done:?}", row.name);
+        }
     }
 }
 
