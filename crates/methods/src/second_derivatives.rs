@@ -4,11 +4,13 @@ use afterbay_core::{Block, Curvature, Scalar};
 
 /// The largest absolute entries of H'' and ∂D at (q, p), block by block: each has units of its own.
 pub(crate) struct SecondDerivatives {
-    /// ∂²H/∂q∂q and ∂D/∂q
+    /// ∂²H/∂q∂q
     by_qq: f64,
+    /// ∂D/∂q
     by_dq: f64,
-    /// ∂²H/∂q∂p and ∂D/∂p
+    /// ∂²H/∂q∂p
     by_qp: f64,
+    /// ∂D/∂p
     by_dp: f64,
     /// ∂²H/∂p∂p
     by_pp: f64,

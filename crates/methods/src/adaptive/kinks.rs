@@ -133,8 +133,7 @@ impl Kinks {
         changes
     }
 
-    /// Whether the parabola through three successive points turns between them, so near to zero
-    /// that the function may pass it.
+    /// Whether function k may pass zero and return between three successive points.
     fn turns_near_zero(&self, k: usize, noise: f64) -> bool {
         let ends = self.points(k).skip(2);
         let triples = self.points(k).zip(self.points(k).skip(1)).zip(ends);
@@ -142,6 +141,8 @@ impl Kinks {
     }
 }
 
+/// Whether the parabola through three points (t, x) on one side of zero turns between them, so near
+/// to zero that the function may pass it.
 fn turns_near_zero([(t0, x0), (t1, x1), (t2, x2)]: [(f64, f64); 3], noise: f64) -> bool {
     let largest = x0.abs().max(x2.abs());
     let slope = (x1 - x0) / (t1 - t0);

@@ -10,9 +10,9 @@ use std::ops::ControlFlow;
 /// The step control of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setting<T> {
-    /// A fixed step, for methods that take a step.
+    /// The steps, for methods that take a step. Their times are counted from that of the state.
     Step(Grid<T>),
-    /// A tolerance and the end time, for methods that choose their steps.
+    /// A tolerance and the time of the end, for methods that choose their steps.
     Tolerance(Tolerance, T),
 }
 

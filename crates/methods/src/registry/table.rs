@@ -335,8 +335,8 @@ pub static METHODS: &[Row] = &[
 /// The methods with a fixed step.
 pub static FIXED: &[Row] = METHODS.split_at(steps()).0;
 
-/// The methods with a tolerance. All of them need second derivatives of H. The first also suits
-/// stiff systems.
+/// The methods with a tolerance. All of them need second derivatives of H. The implicit ones also
+/// suit stiff systems.
 pub static ADAPTIVE: &[Row] = METHODS.split_at(steps()).1;
 
 /// Finds the row of a method by its name.
