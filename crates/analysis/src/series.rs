@@ -47,7 +47,7 @@ impl Model {
         progress: &dyn Progress,
     ) -> Result<Solution<T>, IntegrateError> {
         match self.system::<T>()?.exact_flow() {
-            Some(flow) => by_flow(self, &*flow, start, (h, count), progress),
+            Some(flow) => by_flow(self, &*flow, start, h, count, progress),
             None => by_series(self, start, h, count, progress),
         }
     }
@@ -59,7 +59,8 @@ fn by_flow<T: Scalar>(
     model: &Model,
     flow: &dyn Flow<T>,
     start: &State<Vec<T>>,
-    (h, count): (T, usize),
+    h: T,
+    count: usize,
     progress: &dyn Progress,
 ) -> Result<Solution<T>, IntegrateError> {
     let (dof, motors) = (flow.dof(), model.motors());

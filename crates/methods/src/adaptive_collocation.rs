@@ -24,8 +24,8 @@
 //!
 //! A step aims at its share, by length, of the error allowed at the end. If errors neither decay
 //! nor cancel, the error at the end equals the tolerance; if solutions converge, or errors cancel,
-//! it is smaller, by a factor of a hundred or more. A step across a kink aims at the share of a step
-//! of mean length.
+//! it is smaller, by a factor of a hundred or more. A step across a kink aims at the share of a
+//! step of mean length.
 //!
 //! Steps do not allocate, with one exception: the first step that uses Newton's method, or is taken
 //! near an equilibrium, allocates the workspace of [`crate::Collocation`]. Most runs never need it.

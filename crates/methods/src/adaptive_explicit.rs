@@ -174,7 +174,7 @@ impl<V: Vector> Workspace<V> {
         largest_if_finite([q * shares[0], p * shares[1], w * shares[2]])
     }
 
-    /// The same for a system with motors, whose momenta are energies.
+    /// Computes [`Self::difference`] for a system with motors, whose momenta are energies.
     #[inline(never)]
     fn difference_of_driven(&self, terms: Terms, shares: [f64; 3], w: f64) -> f64 {
         let Self { stages, free, .. } = self;

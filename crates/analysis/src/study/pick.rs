@@ -193,8 +193,8 @@ fn fill(pick: &mut Pick, problem: &Problem, progress: &dyn Progress) -> Result<(
 }
 
 /// The difference of (q, p) and of w of a run from one of twice as many steps, over common times
-/// unless errors count `at_end` only, or from one of a quarter of the tolerance, at the end. None if
-/// either fails.
+/// unless errors count `at_end` only, or from one of a quarter of the tolerance, at the end. None
+/// if either fails.
 fn finer(
     problem: &Problem,
     setting: Choice,

@@ -36,8 +36,8 @@ where
 /// [`integrate_within`] with other options of the step size control.
 ///
 /// # Errors
-/// Those of [`integrate_within`], and [`InputError::Parameter`](crate::InputError::Parameter) if an
-/// option is out of range.
+/// Those of [`integrate_within`], and [`InputError::Parameter`](crate::InputError::Parameter) if
+/// an option is out of range.
 pub fn integrate_controlled<V, S, M, O>(
     method: &M,
     system: &S,
@@ -66,8 +66,8 @@ where
 /// observer breaks, `state` is at the end of the step that contains the last time shown.
 ///
 /// # Errors
-/// Those of [`integrate_within`], and [`InputError::Backwards`](crate::InputError::Backwards) if the
-/// times do not ascend.
+/// Those of [`integrate_within`], and [`InputError::Backwards`](crate::InputError::Backwards) if
+/// the times do not ascend.
 pub fn sample_within<V, S, M, O>(
     method: &M,
     system: &S,

@@ -14,8 +14,8 @@ pub struct Grid<T> {
 }
 
 impl<T: Scalar> Grid<T> {
-    /// The steps of size `h` that end at `end`, counted from 0: a run that begins at the time t ends
-    /// at t + `end`.
+    /// The steps of size `h` that end at `end`, counted from 0: a run that begins at the time t
+    /// ends at t + `end`.
     ///
     /// # Errors
     /// [`InputError::Step`] and [`InputError::End`] if a number is not positive and finite,

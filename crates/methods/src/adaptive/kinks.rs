@@ -50,7 +50,7 @@ pub(crate) struct Kinks {
     largest: Vec<f64>,
 }
 
-/// How a step passes kinks.
+/// The kinks on the way of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Passage {
     /// It passes none.
@@ -103,7 +103,7 @@ impl Kinks {
         }
     }
 
-    /// How the step passes the kinks, by its points.
+    /// Compares the values at the points of the step.
     pub(crate) fn passage(&self) -> Passage {
         let functions = || self.largest.iter().map(|largest| NOISE * largest).enumerate();
         let returns =
@@ -123,7 +123,7 @@ impl Kinks {
         self.times.iter().copied().zip(values.copied())
     }
 
-    /// How often function k changes its sign, without values up to `noise`.
+    /// The number of sign changes of function k. Values up to `noise` are left out.
     fn changes_of_side(&self, k: usize, noise: f64) -> u32 {
         let (mut changes, mut before) = (0, 0.0);
         for (_, x) in self.points(k).filter(|(_, x)| x.abs() > noise) {

@@ -65,8 +65,8 @@ impl Defect {
 }
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// The error estimate of the step relative to the allowed one. Across a kink the error is of the
-    /// size of the defect.
+    /// The error estimate of the step relative to the allowed one. Across a kink the error is of
+    /// the size of the defect.
     #[inline]
     pub(super) fn error(&self, limits: &Limits) -> Result<f64, StepFailure> {
         let Limits { scales, share, smooth, least_error, .. } = *limits;

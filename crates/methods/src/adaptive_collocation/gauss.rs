@@ -117,8 +117,8 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
         l
     }
 
-    /// The values at the nodes of another interval, with this basis, of the polynomial with values f
-    /// at the nodes, truncated to `count` coefficients.
+    /// The values at the nodes of another interval, with this basis, of the polynomial with values
+    /// f at the nodes, truncated to `count` coefficients.
     #[inline(always)]
     pub(super) fn extended(&self, basis: &[[T; K]; K], count: usize, f: [T; K]) -> [T; K] {
         let mut ahead = [T::zero(); K];

@@ -70,7 +70,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     }
 
     /// Evaluates the polynomials of the accepted step, truncated to `count` coefficients, at the
-    /// nodes of this step, which begins at `offset` and has the length `ratio` in units of that one.
+    /// nodes of this step. It begins at `offset` and has the length `ratio`, in units of that one.
     fn extrapolate_each(&mut self, offset: V::Scalar, ratio: V::Scalar, count: usize) {
         let Self { gauss, kept, trial, unit_mass, .. } = self;
         let basis = gauss.basis(offset, ratio);

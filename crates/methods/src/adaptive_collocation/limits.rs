@@ -56,7 +56,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         Limits { scales, share, smooth: false, order: KINK_ORDER, least_error }
     }
 
-    /// How the start, the nodes and the end of the step pass kinks.
+    /// Looks for kinks between the start, the nodes and the end of the step.
     #[cold]
     fn passage<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> Passage {
         let Self { kinks, gauss, trial, end, .. } = self;

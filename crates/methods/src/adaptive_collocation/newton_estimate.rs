@@ -33,8 +33,8 @@ use std::array::from_fn;
 const DEFECT_ROUNDINGS: f64 = 2.0;
 
 impl<V: Vector, const K: usize> Engine<V, K> {
-    /// The error estimate of the step relative to the allowed one. Across a kink the error is of the
-    /// size of the remaining defect.
+    /// The error estimate of the step relative to the allowed one. Across a kink the error is of
+    /// the size of the remaining defect.
     pub(super) fn error_after_newton(&mut self, limits: &Limits) -> Result<f64, StepFailure> {
         let Limits { scales, share, smooth, least_error, .. } = *limits;
         let [force, velocity, losses] = self.defects();

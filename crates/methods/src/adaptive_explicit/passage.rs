@@ -16,7 +16,7 @@ use afterbay_core::{Scalar, State, System, Vector};
 const POINTS: [f64; 3] = [0.25, 0.5, 0.75];
 
 impl<V: Vector> Workspace<V> {
-    /// How the step passes kinks. The slope at the end is that of the last stage.
+    /// Looks for kinks on the way of the step. The slope at the end is that of the last stage.
     #[inline]
     pub(super) fn passage<B, S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> Passage
     where
@@ -62,8 +62,8 @@ impl<V: Vector> Workspace<V> {
         kinks.passage()
     }
 
-    /// Allows for the changes of q and p in the roundings of t to which the time of a kink is known.
-    /// An estimate of a much shorter step needs no caution.
+    /// Allows for the changes of q and p in the roundings of t to which the time of a kink is
+    /// known. An estimate of a much shorter step needs no caution.
     #[cold]
     pub(super) fn allow_roundings_of_time<B: Embedded>(
         &self,

@@ -215,7 +215,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         effort
     }
 
-    /// How the start and the stages pass kinks.
+    /// Looks for kinks between the start and the stages.
     fn passage<F: System<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) -> Passage {
         if !self.kinks.begin(system, state.q.as_slice(), state.p.as_slice()) {
             return Passage::Smooth;

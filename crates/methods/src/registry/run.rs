@@ -159,9 +159,10 @@ impl<T: Scalar> Run<T> {
         self.bound.step(h, Place::of(state)).map_err(|error| self.named(error))
     }
 
-    /// A function that takes single steps, for [`integrate_with_events`]. With a method that chooses
-    /// its steps, such a step is a part of a run within the tolerance over the time `span`, and goes
-    /// on with this run if it begins where the last one ended. Other methods ignore both.
+    /// A function that takes single steps, for [`integrate_with_events`]. With a method that
+    /// chooses its steps, such a step is a part of a run within the tolerance over the time `span`.
+    /// It continues this run if it begins where the last step ended. Other methods ignore the
+    /// tolerance and the span.
     ///
     /// # Errors
     /// [`InputError::Unsupported`] if the method chooses its steps and there is no tolerance.

@@ -217,7 +217,7 @@ impl<T: Side> Statistics<T> {
         if is_large.any() {
             let (energy, before) = (system.energy(state.q, state.p), track.total);
             let rounding = T::from_f64(KEPT) * (energy.abs() + before.abs());
-            // What falls down a hill has a large T, and its H does not rise.
+            // A motion down a slope of V has a large T, although H does not rise.
             let has_risen = (energy - before - kinetic.half() - rounding).le(T::zero()).not();
             self.grows = T::select(is_large.and(has_risen), T::one(), self.grows);
         }

@@ -160,6 +160,7 @@ pub fn rules() -> String {
          means right in all but the phase: over each half of the run the mean of every q_j, p_j \
          and w_j, and the root mean square about it, are within {SHARE} of its size. A periodic \
          coordinate is compared as a point of a circle. \"Growing\" means that A exceeds {GROWTH} \
-         by a rise of H. Run and reference are compared after the same steps, at most {MOST_OBSERVATIONS} of them."
+         by a rise of H. Run and reference are compared after the same steps, at most \
+         {MOST_OBSERVATIONS} of them."
     )
 }
