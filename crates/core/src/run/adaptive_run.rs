@@ -215,10 +215,10 @@ where
         // The last step is not much shorter than those before.
         let rest = left.to_f64();
         let last = rest <= self.controller.h * LAST_STRETCH;
-        let h = match rest / self.controller.h {
+        let h = match self.controller.h {
             _ if last => left,
-            steps if steps < 2.0 => left.half(),
-            _ => V::Scalar::from_f64(self.controller.h),
+            h if rest < 2.0 * h => left.half(),
+            h => V::Scalar::from_f64(h),
         };
         let h = if last { h } else { between_times(state.t, h) };
         let short = self.controller.h < self.controller.least().max(self.shortest);
@@ -274,8 +274,8 @@ pub(super) fn backwards<T: Scalar>(from: T, to: T) -> InputError {
 #[inline(always)]
 fn between_times<T: Scalar>(t: T, h: T) -> T {
     let rounded = (t + h) - t;
-    let change = ((rounded - h) / h).to_f64().abs();
-    if change <= MOST_ROUNDED { rounded } else { h }
+    let change = (rounded - h).to_f64().abs();
+    if change <= MOST_ROUNDED * h.to_f64().abs() { rounded } else { h }
 }
 
 /// Whether a step h is so short beside a time that its estimated error is rounding.

@@ -103,6 +103,9 @@ impl StepControl {
 #[derive(Clone, Copy)]
 pub(super) struct Controller {
     options: StepControl,
+    /// 1 over the error aimed at, and the logarithm of the least error remembered, over that error.
+    inverse_target: f64,
+    log_least: f64,
     /// The length of the next step.
     pub(super) h: f64,
     /// The logarithm of the error of the last accepted step over the error aimed at.
@@ -115,7 +118,9 @@ impl Controller {
     /// A controller that begins with the step h.
     pub(super) fn new(h: f64, options: StepControl) -> Self {
         let h = h.max(options.least).min(options.largest);
-        Self { options, h, log_error: f64::INFINITY, last_h: h }
+        let inverse_target = options.target_error.recip();
+        let log_least = ln(LEAST_TREND * inverse_target);
+        Self { options, inverse_target, log_least, h, log_error: f64::INFINITY, last_h: h }
     }
 
     /// The shortest step that the options allow.
@@ -126,6 +131,7 @@ impl Controller {
     /// Chooses the next step after an attempt with the step h that was `accepted` or not. `cut`
     /// says that a longer step has failed before. The step does not grow by a factor below
     /// `least_growth`.
+    #[inline(always)]
     pub(super) fn update(
         &mut self,
         attempt: Attempt,
@@ -140,6 +146,7 @@ impl Controller {
         self.h = h.min(self.options.largest);
     }
 
+    #[inline(always)]
     fn factor(
         &mut self,
         attempt: Attempt,
@@ -148,15 +155,17 @@ impl Controller {
         cut: bool,
         least_growth: f64,
     ) -> f64 {
+        // The next step waits for the result, so that there are no divisions where they can be
+        // avoided.
         let order = f64::from(attempt.order);
-        let target = self.options.target_error;
-        let error = ln(attempt.error.max(LEAST_ERROR) / target);
+        let inverse_order = order.recip();
+        let error = ln(attempt.error.max(LEAST_ERROR) * self.inverse_target);
         if !accepted {
             // The error of a step that is rejected twice does not follow the power of h.
             let factor = if cut {
                 CUT
             } else {
-                exp(-error / order).clamp(1.0 / LARGEST_SHRINKAGE, LARGEST_AFTER_REJECTION)
+                exp(-error * inverse_order).clamp(1.0 / LARGEST_SHRINKAGE, LARGEST_AFTER_REJECTION)
             };
             return factor.min(attempt.largest_growth);
         }
@@ -164,9 +173,10 @@ impl Controller {
         // The step for the present error, shortened if the error goes on to grow as it did.
         let longer = if h == self.last_h { 0.0 } else { ln(h / self.last_h) };
         let trend = self.log_error - error + order * longer;
-        let factor = exp((trend.min(0.0) - error) / order).clamp(1.0 / LARGEST_SHRINKAGE, most);
+        let factor =
+            exp((trend.min(0.0) - error) * inverse_order).clamp(1.0 / LARGEST_SHRINKAGE, most);
         let factor = factor.min(attempt.largest_growth);
-        (self.last_h, self.log_error) = (h, error.max(ln(LEAST_TREND / target)));
+        (self.last_h, self.log_error) = (h, error.max(self.log_least));
         if (1.0..least_growth).contains(&factor) { 1.0 } else { factor }
     }
 }
