@@ -16,6 +16,7 @@
 //! |λ|, which is renewed from time to time. Steps do not allocate, except where K differs only by
 //! rounding, near rest.
 
+mod estimate;
 mod methods;
 mod passage;
 
@@ -26,20 +27,12 @@ use crate::adaptive::{
     Sizes, balance_by_motor, is_noise, largest, largest_of_first,
 };
 use crate::commit::not_finite;
-use crate::kernels::reductions::{largest_if_finite, sum};
-use crate::runge_kutta::{Embedded, P, Q, Stages, Terms, W};
+use crate::kernels::reductions::sum;
+use crate::runge_kutta::{Embedded, P, Q, Stages, W};
 use afterbay_core::{
     Attempt, Curvature, Effort, Scalar, State, StepFailure, System, Tolerance, Vector,
-    larger_or_nan,
 };
 
-/// The weight of the squared ratio of two error estimates in their combination (Hairer, Nørsett,
-/// Wanner, II.10).
-const RATIO_WEIGHT: f64 = 0.01;
-/// The factor of an estimate across a kink. The weights of Verner's 8(7) differ little on functions
-/// with a kink: the error is then up to 25 times the estimate, which aims at a fifth of the allowed
-/// error (`adaptive_accuracy` in the tests).
-const KINK_CAUTION: f64 = 10.0;
 /// The rounding error of a slope, in roundings of ∂H/∂q, with that of the point of its stage.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
@@ -146,45 +139,6 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// The error estimate of the step relative to the error allowed. NaN if a number is not finite.
-    /// Two estimates are combined to one of higher order only where the solution is smooth.
-    #[inline]
-    fn error<B: Embedded>(&self, shares: [f64; 3], smooth: bool) -> f64 {
-        let fine = self.difference(B::DIFFERENCES[0], shares);
-        if !smooth {
-            return KINK_CAUTION * self.length * fine;
-        }
-        if B::DIFFERENCES.len() == 1 || fine == 0.0 {
-            return self.length * fine;
-        }
-        let ratio = self.difference(B::DIFFERENCES[1], shares) / fine;
-        self.length * fine / (1.0 + RATIO_WEIGHT * ratio * ratio).sqrt()
-    }
-
-    /// The distance of two ends of the step with these differences of weights, over h.
-    #[inline(always)]
-    fn difference(&self, terms: Terms, shares: [f64; 3]) -> f64 {
-        let (stages, all) = (&self.stages, V::LEN.unwrap_or(self.q.as_slice().len()));
-        let w = if stages.is_dissipative() { stages.largest_sum::<W>(terms, 0..all) } else { 0.0 };
-        if self.free < all {
-            return self.difference_of_driven(terms, shares, w);
-        }
-        let q = stages.largest_sum::<Q>(terms, 0..all);
-        let p = stages.largest_sum::<P>(terms, 0..all);
-        largest_if_finite([q * shares[0], p * shares[1], w * shares[2]])
-    }
-
-    /// Computes [`Self::difference`] for a system with motors, whose momenta are energies.
-    #[inline(never)]
-    fn difference_of_driven(&self, terms: Terms, shares: [f64; 3], w: f64) -> f64 {
-        let Self { stages, free, .. } = self;
-        let q = stages.largest_sum::<Q>(terms, 0..*free);
-        let p = stages.largest_sum::<P>(terms, 0..*free);
-        let supplied = stages.largest_sum::<P>(terms, *free..self.p.as_slice().len());
-        let energies = larger_or_nan(w, supplied);
-        largest_if_finite([q * shares[0], p * shares[1], energies * shares[2]])
-    }
-
     /// The target value of H at the end.
     #[inline]
     fn target(&self) -> V::Scalar {
@@ -276,15 +230,15 @@ impl<V: Vector> Workspace<V> {
         if !self.smooth {
             self.allow_roundings_of_time::<B>(state.t, &mut errors_allowed);
         }
-        let shares = |allowed: [f64; 3]| allowed.map(|allowed| allowed.recip().min(f64::MAX));
-        let mut error = self.error::<B>(shares(errors_allowed), self.smooth);
+        let estimates = self.estimates::<B>();
+        let mut error = self.relative_error(estimates, errors_allowed);
         if error > 1.0 {
             // The estimate for w contains roundings of the gain of w, which exceed those of w if w
             // is small at the start.
             let gain = V::Scalar::EPSILON * largest(&self.gain);
             let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * gain;
             errors_allowed[2] = errors_allowed[2].max(rounding);
-            error = self.error::<B>(shares(errors_allowed), self.smooth);
+            error = self.relative_error(estimates, errors_allowed);
         }
         // A ratio that overflows is an error that is too large; numbers that are not finite give
         // NaN.

@@ -70,8 +70,9 @@ impl Budget {
     #[inline]
     pub(crate) fn allowed_of_equal_steps<T: Scalar>(&self, sizes: Sizes, length: f64) -> [f64; 3] {
         let share = self.equal_share(length);
-        let rounding = ROUNDINGS * T::EPSILON / share;
-        scales(&self.tolerance, sizes, rounding).map(|scale| share * scale)
+        let roundings = sizes.roundings(ROUNDINGS * T::EPSILON);
+        let allowed = sizes.tolerated(&self.tolerance).map(|error| share * error);
+        from_fn(|part| allowed[part].max(roundings[part]))
     }
 
     /// Counts an accepted step.
@@ -123,19 +124,28 @@ impl Sizes {
         let rounded_energies = energy.to_f64().abs().max(energies);
         Self { q, p, energies, rounded_energies }
     }
+
+    /// The errors of q, p and energies that a tolerance allows at these sizes.
+    #[inline(always)]
+    fn tolerated(&self, tolerance: &Tolerance) -> [f64; 3] {
+        let &Tolerance { relative, absolute, w_relative, w_absolute } = tolerance;
+        let &Self { q, p, energies, .. } = self;
+        [relative * q + absolute, relative * p + absolute, w_relative * energies + w_absolute]
+    }
+
+    /// Errors of q, p and energies of this share of their sizes.
+    #[inline(always)]
+    fn roundings(&self, rounding: f64) -> [f64; 3] {
+        [self.q, self.p, self.rounded_energies].map(|size| rounding * size)
+    }
 }
 
 /// The errors of q, p and energies that a tolerance allows at these sizes, at least `rounding`
 /// times the size.
 #[inline(always)]
 pub(crate) fn scales(tolerance: &Tolerance, sizes: Sizes, rounding: f64) -> [f64; 3] {
-    let &Tolerance { relative, absolute, w_relative, w_absolute } = tolerance;
-    let Sizes { q, p, energies, rounded_energies } = sizes;
-    [
-        (relative * q + absolute).max(rounding * q),
-        (relative * p + absolute).max(rounding * p),
-        (w_relative * energies + w_absolute).max(rounding * rounded_energies),
-    ]
+    let (allowed, roundings) = (sizes.tolerated(tolerance), sizes.roundings(rounding));
+    from_fn(|part| allowed[part].max(roundings[part]))
 }
 
 /// max |x_j| over the first `count` entries, or NaN if one of them is not finite.

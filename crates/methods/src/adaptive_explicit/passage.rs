@@ -7,7 +7,8 @@
 //! z(s) = z0 + s Δz + s (1-s) [(1-s) (h z0' - Δz) + s (Δz - h z1')]      0 ≤ s ≤ 1
 //! ```
 
-use super::{KINK_CAUTION, Workspace};
+use super::Workspace;
+use super::estimate::KINK_CAUTION;
 use crate::adaptive::{Passage, roundings_of_time, time_rounding};
 use crate::runge_kutta::Embedded;
 use afterbay_core::{Scalar, State, System, Vector};
