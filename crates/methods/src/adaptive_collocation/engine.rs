@@ -278,10 +278,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let stalls = sweeps > 3 && ratio > STALLED;
             let is_noise = || stalls || self.trial.are_roundings(moved, h, state, self.free);
             if change * rate <= SOLVER_SHARE * share || (change <= noise && is_noise()) {
-                self.contraction = if sweeps == 1 {
-                    0.0
-                } else {
-                    ((change / first).ln() / f64::from(sweeps - 1)).exp()
+                self.contraction = match sweeps - 1 {
+                    0 => 0.0,
+                    ratios => geometric_mean(change / first, ratios),
                 };
                 return Ok(sweeps);
             }
@@ -340,5 +339,16 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let w = from.map_or(state.w.as_slice()[d], |from| from.w.as_slice()[d]);
             state.w.as_mut_slice()[d] = w + end.gain.as_slice()[d];
         }
+    }
+}
+
+/// The geometric mean of this number of positive numbers, given their product.
+#[inline(always)]
+fn geometric_mean(product: f64, count: u32) -> f64 {
+    match count {
+        1 => product,
+        2 => product.sqrt(),
+        4 => product.sqrt().sqrt(),
+        _ => product.powf(f64::from(count).recip()),
     }
 }

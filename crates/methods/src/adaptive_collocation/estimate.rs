@@ -111,7 +111,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let of_time = rounding * time * change / self.h.to_f64().abs();
         let of_force = self.rates.force(noise) + of_time;
         let of_velocity = self.inverse_mass * noise[1];
-        let largest_at_ends = ((2 * K + 1) as f64).sqrt();
+        // |P_K| at the ends is 1 over this.
+        let at_ends = ((2 * K + 1) as f64).sqrt().recip();
         // The difference between a slope and its polynomial at both ends, beside its noise.
         let miss = |x: &[V; K], ends: [&V; 2], noise: f64, entries: Range<usize>| -> Defect {
             let (mut defect, mut worst) = (Defect::default(), [0.0; 2]);
@@ -121,7 +122,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 let turned: [V::Scalar; K] = from_fn(|i| at[K - 1 - i]);
                 let last = (ends[1].as_slice()[d] - weighted(&gauss.end, at)).to_f64().abs();
                 let first = (ends[0].as_slice()[d] - weighted(&gauss.end, turned)).to_f64().abs();
-                let most = last.max(first) / largest_at_ends;
+                let most = last.max(first) * at_ends;
                 let size = at.iter().fold(0.0_f64, |size, x| size.max(x.to_f64().abs()));
                 worst = see_size(see_size(worst, last), first);
                 defect.size = defect.size.max(size);
@@ -130,7 +131,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                     defect.unresolved = defect.unresolved.max(error);
                 }
             }
-            defect.largest = (worst[0] + worst[1]) / largest_at_ends;
+            defect.largest = (worst[0] + worst[1]) * at_ends;
             defect
         };
         let forces = [&start.f, &end.f];

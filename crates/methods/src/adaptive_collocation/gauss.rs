@@ -11,6 +11,7 @@ pub(super) type Columns<T, const K: usize> = [[T; K]; K];
 
 /// The tables for K nodes τ_i, with ℓ_j the Lagrange polynomial of τ_j.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(super) struct Gauss<T, const K: usize> {
     /// τ_i
     pub(super) nodes: [T; K],
