@@ -1,8 +1,9 @@
 //! Step size control, shared by the adaptive methods: the error allowed for a step, and bounds of a
-//! system's frequencies. The module also contains the projection onto K, which implicit methods of
-//! fixed step use too.
+//! system's frequencies. The end of a step and its projection onto K stand here too; implicit
+//! methods of fixed step use the projection.
 
 mod budget;
+mod end;
 mod kinks;
 mod noise;
 mod orders;
@@ -10,8 +11,9 @@ mod projection;
 mod rates;
 
 pub(crate) use budget::{Budget, ROUNDINGS, SHARES, Sizes, largest, largest_of_first, scales};
+pub(crate) use end::End;
 pub(crate) use kinks::{KINK_ORDER, Kinks, Passage, roundings_of_time, time_rounding};
 pub(crate) use noise::{ROUNDING_SUSPECTED_BELOW, is_noise};
 pub(crate) use orders::adaptive_of_orders;
-pub(crate) use projection::{LARGEST_PROJECTION, Projection, REFUSED_ERROR, balance_by_motor};
+pub(crate) use projection::{LARGEST_PROJECTION, Projection, REFUSED_ERROR};
 pub(crate) use rates::Rates;

@@ -33,7 +33,6 @@
 //! A run **fails** with the last accepted state, and reports the
 //! [`StepFailure`](afterbay_core::StepFailure) of the shortest step tried, or `Vanishes`.
 
-mod end;
 mod engine;
 mod estimate;
 mod exact;
@@ -41,6 +40,7 @@ mod gauss;
 mod initial_guess;
 mod limits;
 mod newton_estimate;
+mod slopes;
 mod stages;
 mod stiffness;
 

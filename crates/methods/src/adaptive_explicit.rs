@@ -23,11 +23,10 @@ mod passage;
 pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
-    Budget, KINK_ORDER, Kinks, Passage, Projection, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates,
-    Sizes, balance_by_motor, is_noise, largest, largest_of_first,
+    Budget, End, KINK_ORDER, Kinks, Passage, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sizes,
+    is_noise, largest, largest_of_first,
 };
 use crate::commit::not_finite;
-use crate::kernels::reductions::sum;
 use crate::runge_kutta::{Embedded, P, Q, Stages, W};
 use afterbay_core::{
     Attempt, Curvature, Effort, Scalar, State, StepFailure, System, Tolerance, Vector,
@@ -53,11 +52,7 @@ pub struct Workspace<V: Vector> {
     begun: bool,
     measured: bool,
     energy: V::Scalar,
-    /// The end of the step, and H there.
-    q: V,
-    p: V,
-    gain: V,
-    end_energy: V::Scalar,
+    end: End<V>,
     /// Whether K is exact at the end, and H there is known.
     ended: bool,
     /// Whether the step passes no kink.
@@ -94,10 +89,7 @@ impl<V: Vector> Workspace<V> {
             begun: false,
             measured: false,
             energy: zero,
-            q: zeros(),
-            p: zeros(),
-            gain: zeros(),
-            end_energy: zero,
+            end: End::new(n),
             ended: false,
             smooth: true,
             kinks: Kinks::default(),
@@ -131,7 +123,7 @@ impl<V: Vector> Workspace<V> {
     /// Computes the end of the step h from the stages.
     #[inline]
     fn finish<B: Embedded>(&mut self, h: V::Scalar, state: &State<V>) {
-        let Self { stages, q, p, gain, .. } = self;
+        let Self { stages, end: End { q, p, gain, .. }, .. } = self;
         stages.add::<Q>(B::WEIGHTS, h, &state.q, q);
         stages.add::<P>(B::WEIGHTS, h, &state.p, p);
         if stages.is_dissipative() {
@@ -139,32 +131,18 @@ impl<V: Vector> Workspace<V> {
         }
     }
 
-    /// The target value of H at the end.
-    #[inline]
-    fn target(&self) -> V::Scalar {
-        self.energy - sum([self.gain.as_slice()], |[gain]| gain)
-    }
-
-    /// Projects the new state onto K. If the change exceeds the allowed one, returns the ratio of
-    /// the two as the error.
+    /// Projects the end onto K. If the change exceeds the allowed one, returns the ratio of the two
+    /// as the error.
     #[inline]
     fn project<B, S>(&mut self, system: &S, errors_allowed: [f64; 3]) -> Result<(), f64>
     where
         B: Embedded,
         S: System<V::Scalar> + ?Sized,
     {
-        let target = self.target();
-        let Self { stages, energy, q, p, end_energy, .. } = self;
-        let (q, p) = (q.as_mut_slice(), p.as_mut_slice());
-        *end_energy = system.energy(q, p);
-        let projection = Projection {
-            slope: [stages.hq.as_slice(), stages.velocity(B::ROWS.len() - 1).as_slice()],
-            target,
-            size: (energy.abs() + target.abs()).to_f64(),
-            scales: [errors_allowed[0], errors_allowed[1]],
-            share: 1.0,
-        };
-        projection.apply(system, [q, p], end_energy).map(|_| ())
+        let Self { stages, end, energy, .. } = self;
+        end.measure(system);
+        let slope = [&stages.hq, stages.velocity(B::ROWS.len() - 1)];
+        end.project(system, slope, *energy, errors_allowed, 1.0).map(|_moved| ())
     }
 
     /// Whether the error of K at the end is rounding. H there is evaluated anew.
@@ -173,18 +151,9 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        self.end_energy = system.energy(self.q.as_slice(), self.p.as_slice());
-        let energies = [self.energy, self.end_energy, self.target()];
-        is_noise(system, [&self.q, &self.p], energies, &mut self.last_defect)
-    }
-
-    /// Makes K exact at the end of a step with too large an error, if the system is driven.
-    #[cold]
-    fn balance_rejected_step<S: System<V::Scalar> + ?Sized>(&mut self, system: &S) {
-        let target = self.target();
-        let balanced = balance_by_motor(system, target, self.q.as_slice(), self.p.as_mut_slice());
-        self.ended = balanced.is_some();
-        self.end_energy = balanced.unwrap_or(self.end_energy);
+        let Self { end, energy, last_defect, .. } = self;
+        end.measure(system);
+        is_noise(system, [&end.q, &end.p], [*energy, end.energy, end.target(*energy)], last_defect)
     }
 
     /// The largest factor by which the step may be lengthened while staying stable.
@@ -235,7 +204,7 @@ impl<V: Vector> Workspace<V> {
         if error > 1.0 {
             // The estimate for w contains roundings of the gain of w, which exceed those of w if w
             // is small at the start.
-            let gain = V::Scalar::EPSILON * largest(&self.gain);
+            let gain = V::Scalar::EPSILON * largest(&self.end.gain);
             let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * gain;
             errors_allowed[2] = errors_allowed[2].max(rounding);
             error = self.relative_error(estimates, errors_allowed);
@@ -244,17 +213,18 @@ impl<V: Vector> Workspace<V> {
         // NaN.
         let error = if error == f64::INFINITY { f64::MAX } else { error };
         if !error.is_finite() {
-            return Err(not_finite([&self.q, &self.p, &self.gain].map(V::as_slice)));
+            let End { q, p, gain, .. } = &self.end;
+            return Err(not_finite([q, p, gain].map(V::as_slice)));
         }
         let error = if passage == Passage::Returned { error.max(REFUSED_ERROR) } else { error };
         if error > 1.0 {
-            self.balance_rejected_step(system);
+            self.ended = self.end.balance(system, self.energy);
             return Ok(error);
         }
         if let Err(ratio) = self.project::<B, S>(system, errors_allowed) {
             self.finish::<B>(h, state);
             if error > ROUNDING_SUSPECTED_BELOW || !self.is_noise(system)? {
-                self.balance_rejected_step(system);
+                self.ended = self.end.balance(system, self.energy);
                 return Ok(ratio.max(REFUSED_ERROR));
             }
         }
@@ -297,27 +267,17 @@ impl<V: Vector> Workspace<V> {
         Ok(Attempt { error, order, largest_growth: self.stable_growth::<B>(length), effort })
     }
 
-    /// Writes the end of the step; the gains of the reservoirs are added to the w of `to`.
-    #[inline]
-    fn write(&self, to: &mut State<V>) {
-        to.q.as_mut_slice().copy_from_slice(self.q.as_slice());
-        to.p.as_mut_slice().copy_from_slice(self.p.as_slice());
-        for (w, &gain) in to.w.as_mut_slice().iter_mut().zip(self.gain.as_slice()) {
-            *w += gain;
-        }
-    }
-
     /// The coordinates at the end of the step.
     pub(crate) fn end(&self) -> &[V::Scalar] {
-        self.q.as_slice()
+        self.end.q.as_slice()
     }
 
     /// Moves `state` to the end of the step attempted last.
     #[inline]
     pub(crate) fn accept(&mut self, state: &mut State<V>) {
-        self.write(state);
+        self.end.write(state);
         self.budget.spend(self.length);
-        self.energy = self.end_energy;
+        self.energy = self.end.energy;
         self.last_defect = f64::INFINITY;
         // A step across a break is taken whatever its error is. H is then evaluated anew.
         (self.begun, self.measured) = (false, self.ended);
@@ -342,12 +302,12 @@ impl<V: Vector> Workspace<V> {
         let error = self.step::<B, S>(system, h, before);
         (self.begun, self.measured, self.last_defect) = (false, false, f64::INFINITY);
         if error? > 1.0 {
-            let found = system.energy(self.q.as_slice(), self.p.as_slice());
-            let excess = (found - self.target()).to_f64();
+            self.end.measure(system);
+            let excess = (self.end.energy - self.end.target(self.energy)).to_f64();
             return Err(StepFailure::ProjectionFailed { excess });
         }
         to.w.as_mut_slice().copy_from_slice(before.w.as_slice());
-        self.write(to);
+        self.end.write(to);
         Ok(Effort { evaluations: B::ROWS.len() as u64, iterations: 0 })
     }
 }

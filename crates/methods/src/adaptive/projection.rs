@@ -48,8 +48,8 @@ impl<'a, T: Scalar> Projection<'a, T> {
     /// norm. Returns whether (q, p) moved. If the change exceeds the allowed one, returns the ratio
     /// of the two as the error.
     ///
-    /// Inlined: a call passes numbers through memory, which with one degree of freedom would cost an
-    /// eighth of an explicit step.
+    /// Inlined: a call passes numbers through memory, which would cost an eighth of an explicit
+    /// step with one degree of freedom.
     #[inline(always)]
     pub(crate) fn apply<S: System<T> + ?Sized>(
         &self,
@@ -125,24 +125,4 @@ impl<'a, T: Scalar> Projection<'a, T> {
         system.gradient(q, p, &mut hq, &mut hp);
         self.rounding(q.len() - system.motors(), [&hq, &hp], [q, p], system.energy(q, p))
     }
-}
-
-/// Moves the momentum of the last motor, an account of energy with ∂H/∂p = 1, so that H equals the
-/// target, and returns H. Returns `None`, and moves nothing, if the system has no motor.
-///
-/// A step across a jump of the drive is taken whatever its error is. It may be that no change of
-/// (q, p) of the size of the tolerance restores K. The account then has an error of this size in
-/// any case.
-pub(crate) fn balance_by_motor<T: Scalar, S: System<T> + ?Sized>(
-    system: &S,
-    target: T,
-    q: &[T],
-    p: &mut [T],
-) -> Option<T> {
-    if system.motors() == 0 {
-        return None;
-    }
-    let missing = target - system.energy(q, p);
-    *p.last_mut()? += missing;
-    Some(system.energy(q, p))
 }

@@ -6,13 +6,11 @@
 //! or, near an equilibrium, repeated by [`crate::Collocation`], which conserves K without
 //! projection.
 
-use super::end::End;
 use super::gauss::{Columns, Gauss};
+use super::slopes::Slopes;
 use super::stages::{NOISE_ROUNDINGS, Stages, weighted};
 use super::stiffness::Stiffness;
-use crate::adaptive::{
-    Budget, Kinks, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, balance_by_motor,
-};
+use crate::adaptive::{Budget, End, Kinks, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates};
 use crate::collocation;
 use crate::kernels::reductions::largest_if_finite;
 use afterbay_core::{
@@ -52,8 +50,12 @@ pub(super) struct Engine<V: Vector, const K: usize> {
     /// The stages of the current trial step, and of the last accepted one.
     pub(super) trial: Stages<V, K>,
     pub(super) kept: Stages<V, K>,
+    /// The slopes at the start, and H there.
+    pub(super) start: Slopes<V>,
+    pub(super) energy: V::Scalar,
     pub(super) end: End<V>,
-    pub(super) start: End<V>,
+    /// The slopes at the end.
+    pub(super) last: Slopes<V>,
     pub(super) zero: V,
     /// The number of degrees of freedom without motors.
     pub(super) free: usize,
@@ -93,8 +95,10 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             gauss: gauss.narrow(),
             trial: Stages::new(n),
             kept: Stages::new(n),
+            start: Slopes::new(n),
+            energy: V::Scalar::zero(),
             end: End::new(n),
-            start: End::new(n),
+            last: Slopes::new(n),
             zero: V::zeros(n),
             free: n - system.motors(),
             unit_mass: system.unit_mass(),
@@ -123,13 +127,11 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         state: &State<V>,
     ) -> Result<Attempt, StepFailure> {
         if self.kept_h.is_none() {
-            self.start.q.as_mut_slice().copy_from_slice(state.q.as_slice());
-            self.start.p.as_mut_slice().copy_from_slice(state.p.as_slice());
-            self.start.evaluate_slopes(system);
-            self.start.energy = state.energy(system);
+            self.start.evaluate(system, [&state.q, &state.p]);
+            self.energy = state.energy(system);
         }
         let share = self.budget.share_of(h.to_f64().abs());
-        let scales = self.budget.scales(state, self.start.energy, share);
+        let scales = self.budget.scales(state, self.energy, share);
         self.h = h;
         self.initial_guess(h, state, false);
         if self.stiff.uses_newton {
@@ -152,7 +154,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         self.see_fastest(system);
         let limits = self.limits(system, state, scales, share);
         let newton = self.spare.as_ref().is_some_and(|spare| spare.solved_by_newton());
-        let error = if newton { self.error_after_newton(&limits)? } else { self.error(&limits)? };
+        let error =
+            if newton { self.error_after_newton(state, &limits)? } else { self.error(&limits)? };
         self.stiff.record_newton(self.h.to_f64().abs());
         Ok(Attempt { error, order: limits.order, largest_growth: f64::INFINITY, effort })
     }
@@ -166,7 +169,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         scales: [f64; 3],
         share: f64,
     ) -> Result<Attempt, StepFailure> {
-        let (before, length) = (self.start.energy, self.h.to_f64().abs());
+        let (before, length) = (self.energy, self.h.to_f64().abs());
         let sweeps = self.sweeps(system, self.h, state, scales, share);
         if let Err(StepFailure::NotContracting { .. }) = sweeps {
             self.stiff.record_refused(length);
@@ -187,7 +190,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             }
         }
         if error > 1.0 {
-            self.balance_rejected_step(system, before);
+            self.end.balance(system, before);
         }
         let reach = (BEST_CONTRACTION / self.contraction)
             .sqrt()
@@ -195,19 +198,6 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let reach = reach.clamp(SHORTEST_STRETCH, LONGEST_STRETCH);
         self.stiff.record_swept(length, reach <= 1.0, error < UNLIMITED_SHARE);
         Ok(Attempt { error, order: limits.order, largest_growth: reach, effort })
-    }
-
-    /// Makes K exact at the end of a step with too large an error, if the system is driven.
-    #[cold]
-    fn balance_rejected_step<S: Curvature<V::Scalar> + ?Sized>(
-        &mut self,
-        system: &S,
-        before: V::Scalar,
-    ) {
-        let End { q, p, gain, energy, .. } = &mut self.end;
-        let target = gain.as_slice().iter().fold(before, |energy, &gain| energy - gain);
-        let balanced = balance_by_motor(system, target, q.as_slice(), p.as_mut_slice());
-        *energy = balanced.unwrap_or(*energy);
     }
 
     /// Computes the state the time h after `before`, with which the accepted step began.
@@ -234,7 +224,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if !found {
             effort += self.rounded(system, h, before)?;
         }
-        self.write(to, Some(before));
+        to.w.as_mut_slice().copy_from_slice(before.w.as_slice());
+        self.end.write(to);
         Ok(effort)
     }
 
@@ -265,7 +256,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             let [q, p, w] = [moved[0] * inverse[0], moved[1] * inverse[1], moved[2] * inverse[2]];
             let change = largest_if_finite([q, p, w]);
             if !change.is_finite() {
-                return Err(self.trial.not_finite(&self.end));
+                return Err(self.trial.not_finite(&self.last));
             }
             let ratio = change / before;
             if sweeps == 1 {
@@ -295,7 +286,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     /// Computes z1 and the increments of the reservoirs.
     #[inline]
     fn finish<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
-        let Self { gauss, trial, end, h, unit_mass, .. } = self;
+        let Self { gauss, trial, end, last, h, unit_mass, .. } = self;
         let n = state.dof();
         for d in 0..n {
             let at = |x: &[V; K]| -> [V::Scalar; K] { from_fn(|i| x[i].as_slice()[d]) };
@@ -309,16 +300,17 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             end.p.as_mut_slice()[d] = (-*h).mul_add(weighted(&gauss.weights, f), p);
             end.gain.as_mut_slice()[d] = *h * weighted(&gauss.weights, at(&trial.loss));
         }
-        end.evaluate_slopes(system);
-        end.energy = system.energy(end.q.as_slice(), end.p.as_slice());
+        last.evaluate(system, [&end.q, &end.p]);
+        end.measure(system);
     }
 
     /// Accepts the trial step.
     #[inline]
     pub(super) fn accept(&mut self, state: &mut State<V>) {
-        self.write(state, None);
+        self.end.write(state);
         std::mem::swap(&mut self.trial, &mut self.kept);
-        std::mem::swap(&mut self.start, &mut self.end);
+        std::mem::swap(&mut self.start, &mut self.last);
+        self.energy = self.end.energy;
         self.kept_h = Some(self.h);
         self.budget.spend(self.h.to_f64().abs());
     }
@@ -327,18 +319,6 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     #[inline]
     pub(super) fn end_of_attempt(&self) -> &[V::Scalar] {
         self.end.q.as_slice()
-    }
-
-    /// Writes the end of the trial step; it started from `state`, or from `from` if given.
-    #[inline]
-    pub(super) fn write(&self, state: &mut State<V>, from: Option<&State<V>>) {
-        let end = &self.end;
-        state.q.as_mut_slice().copy_from_slice(end.q.as_slice());
-        state.p.as_mut_slice().copy_from_slice(end.p.as_slice());
-        for d in 0..state.dof() {
-            let w = from.map_or(state.w.as_slice()[d], |from| from.w.as_slice()[d]);
-            state.w.as_mut_slice()[d] = w + end.gain.as_slice()[d];
-        }
     }
 }
 

@@ -88,14 +88,18 @@ impl<V: Vector, const K: usize> Engine<V, K> {
 
     /// The error, at least `least`, or the failure of a step with numbers that are not finite.
     pub(super) fn relative_error(&self, error: f64, least: f64) -> Result<f64, StepFailure> {
-        if error.is_finite() { Ok(error.max(least)) } else { Err(self.trial.not_finite(&self.end)) }
+        if error.is_finite() {
+            Ok(error.max(least))
+        } else {
+            Err(self.trial.not_finite(&self.last))
+        }
     }
 
     /// The defects of p', of q', and of the slopes of energies. That of q' vanishes if the
     /// velocities are the momenta.
     #[inline(always)]
     pub(super) fn defects(&self) -> [Defect; 3] {
-        let Self { gauss, trial, start, end, unit_mass, free, .. } = self;
+        let Self { gauss, trial, start, end, last, unit_mass, free, .. } = self;
         let (n, free) = (V::LEN.unwrap_or(end.q.as_slice().len()), *free);
         let rounding = NOISE_ROUNDINGS * V::Scalar::EPSILON;
         let noise = [
@@ -106,7 +110,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         // at which it changes over the step.
         let time = end.q.as_slice()[free..].iter();
         let time = time.fold(0.0_f64, |most, t| most.max(t.to_f64().abs()));
-        let pairs = start.f.as_slice()[..free].iter().zip(&end.f.as_slice()[..free]);
+        let pairs = start.f.as_slice()[..free].iter().zip(&last.f.as_slice()[..free]);
         let change = pairs.fold(0.0_f64, |most, (&a, &b)| most.max((b - a).to_f64().abs()));
         let of_time = rounding * time * change / self.h.to_f64().abs();
         let of_force = self.rates.force(noise) + of_time;
@@ -134,15 +138,15 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             defect.largest = (worst[0] + worst[1]) * at_ends;
             defect
         };
-        let forces = [&start.f, &end.f];
+        let forces = [&start.f, &last.f];
         let force = miss(&trial.f, forces, of_force, 0..free);
         let velocity = if *unit_mass {
             Defect::default()
         } else {
-            miss(&trial.v, [&start.v, &end.v], of_velocity, 0..free)
+            miss(&trial.v, [&start.v, &last.v], of_velocity, 0..free)
         };
-        let of_power = of_force * largest_of_first(&end.v, free);
-        let loss = miss(&trial.loss, [&start.loss, &end.loss], of_power, 0..n);
+        let of_power = of_force * largest_of_first(&last.v, free);
+        let loss = miss(&trial.loss, [&start.loss, &last.loss], of_power, 0..n);
         let power =
             if free < n { loss.or(miss(&trial.f, forces, of_power, free..n)) } else { loss };
         [force, velocity, power]

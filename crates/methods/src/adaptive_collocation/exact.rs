@@ -1,11 +1,10 @@
 //! The methods that make K exact: projection of (q, p), or a step of energy-preserving collocation.
 
 use super::engine::Engine;
-use crate::adaptive::Projection;
 use crate::collocation::{MOST_NODES, Workspace};
 use crate::measured_rounding::measured_rounding;
 use crate::rounding::rounding;
-use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Curvature, Effort, State, StepFailure, Vector};
 
 /// The error of K, in roundings, that is accepted where the terms of H cancel.
 const ACCEPTED_ROUNDINGS: f64 = 64.0;
@@ -21,21 +20,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         scales: [f64; 3],
         share: f64,
     ) -> Result<(), f64> {
-        let end = &mut self.end;
-        let gained = end.gain.as_slice().iter().fold(V::Scalar::zero(), |sum, &gain| sum + gain);
-        let projection = Projection {
-            slope: [end.hq.as_slice(), end.v.as_slice()],
-            target: before - gained,
-            size: (before.abs() + gained.abs()).to_f64(),
-            scales: [scales[0], scales[1]],
-            share,
-        };
-        if projection.apply(
-            system,
-            [end.q.as_mut_slice(), end.p.as_mut_slice()],
-            &mut end.energy,
-        )? {
-            end.evaluate_slopes(system);
+        let Self { end, last, .. } = self;
+        if end.project(system, [&last.hq, &last.v], before, scales, share)? {
+            last.evaluate(system, [&end.q, &end.p]);
         }
         Ok(())
     }
@@ -48,7 +35,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         h: V::Scalar,
         state: &State<V>,
     ) -> Result<Effort, StepFailure> {
-        let Self { gauss, trial, end, spare, .. } = self;
+        let Self { gauss, trial, end, last, spare, .. } = self;
         let spare = spare.get_or_insert_with(|| {
             let mut spare = Workspace::new(system, K, 2 * K);
             // If the equations are hard to solve, a shorter step is better.
@@ -78,8 +65,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         for d in 0..state.dof() {
             end.gain.as_mut_slice()[d] = w.as_slice()[d] - state.w.as_slice()[d];
         }
-        end.evaluate_slopes(system);
-        end.energy = system.energy(end.q.as_slice(), end.p.as_slice());
+        last.evaluate(system, [&end.q, &end.p]);
+        end.measure(system);
         Ok(effort)
     }
 }

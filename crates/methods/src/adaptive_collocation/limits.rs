@@ -45,9 +45,9 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     #[cold]
     fn limits_across(&self, passage: Passage, state: &State<V>, share: f64) -> Limits {
         let share = share.max(self.budget.equal_share(self.h.to_f64().abs()));
-        let mut scales = self.budget.scales(state, self.start.energy, share);
-        let Self { start, end, free, .. } = self;
-        let slopes = [[&start.v, &start.f], [&end.v, &end.f]];
+        let mut scales = self.budget.scales(state, self.energy, share);
+        let Self { start, last, free, .. } = self;
+        let slopes = [[&start.v, &start.f], [&last.v, &last.f]];
         let least = roundings_of_time(state.t, slopes, *free);
         for (scale, least) in scales.iter_mut().zip(least) {
             *scale = scale.max(least / share);

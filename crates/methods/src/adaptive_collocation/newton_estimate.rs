@@ -25,7 +25,7 @@ use super::limits::Limits;
 use super::stages::weighted;
 use crate::collocation::Response;
 use crate::kernels::reductions::{largest_if_finite, see_size};
-use afterbay_core::{Scalar, StepFailure, Vector, larger_or_nan};
+use afterbay_core::{Scalar, State, StepFailure, Vector, larger_or_nan};
 use std::array::from_fn;
 
 /// A defect that this many roundings of q and p may cause counts as noise, which no shorter step
@@ -35,29 +35,33 @@ const DEFECT_ROUNDINGS: f64 = 2.0;
 impl<V: Vector, const K: usize> Engine<V, K> {
     /// The error estimate of the step relative to the allowed one. Across a kink the error is of
     /// the size of the remaining defect.
-    pub(super) fn error_after_newton(&mut self, limits: &Limits) -> Result<f64, StepFailure> {
+    pub(super) fn error_after_newton(
+        &mut self,
+        state: &State<V>,
+        limits: &Limits,
+    ) -> Result<f64, StepFailure> {
         let Limits { scales, share, smooth, least_error, .. } = *limits;
         let [force, velocity, losses] = self.defects();
         let kernel = if smooth { force.share().max(velocity.share()) } else { 1.0 };
-        let Self { gauss, trial, start, end, h, spare, inverse_mass, free, .. } = self;
+        let Self { gauss, trial, start, end, last, h, spare, inverse_mass, free, .. } = self;
         let (length, epsilon) = (h.to_f64().abs(), V::Scalar::EPSILON);
         let norm = ((2 * K + 1) as f64).sqrt().recip();
         // The errors over h: of q, p and w; those of q and p that add up; those of q and p due to
         // changes of J.
         let (mut ends, mut sums, mut varied) = ([[0.0; 2]; 3], [[0.0; 2]; 2], [[0.0; 2]; 2]);
-        for (point, is_start) in [(&*start, true), (&*end, false)] {
+        let points = [(&*start, [&state.q, &state.p], true), (&*last, [&end.q, &end.p], false)];
+        for (there, point, is_start) in points {
             let defect = |slopes: &[V; K], slope: &V, d: usize| {
                 let at = from_fn(|i| slopes[if is_start { K - 1 - i } else { i }].as_slice()[d]);
                 norm * (slope.as_slice()[d] - weighted(&gauss.end, at)).to_f64()
             };
             let roundings = |d: usize| {
-                [&point.q, &point.p]
-                    .map(|x| DEFECT_ROUNDINGS * epsilon * x.as_slice()[d].to_f64().abs())
+                point.map(|x| DEFECT_ROUNDINGS * epsilon * x.as_slice()[d].to_f64().abs())
             };
-            let defects = |d| [defect(&trial.v, &point.v, d), defect(&trial.f, &point.f, d)];
+            let defects = |d| [defect(&trial.v, &there.v, d), defect(&trial.f, &there.f, d)];
             let respond = |d: usize, Response { ends: [q, p], slopes, friction }: Response| {
                 let at = |x: &V| x.as_slice()[d].to_f64();
-                let power = q * (at(&point.f) - at(&point.hq)) + friction * at(&point.v);
+                let power = q * (at(&there.f) - at(&there.hq)) + friction * at(&there.v);
                 if d < *free {
                     see(&mut ends, [q, p, power]);
                     see(&mut varied, slopes);

@@ -1,34 +1,30 @@
-//! The end of a step.
+//! The slopes at the start or at the end of a step.
 
-use afterbay_core::{Curvature, Scalar, Vector};
+use afterbay_core::{Curvature, Vector};
 
-/// The end of a step, and the derivatives of H and D there.
+/// ∂H/∂p, ∂H/∂q + D, ∂H/∂q and D_j ∂H/∂p_j at a point.
 #[derive(Clone, Debug)]
-pub(super) struct End<V: Vector> {
-    pub(super) q: V,
-    pub(super) p: V,
-    /// The increments of the reservoirs.
-    pub(super) gain: V,
+pub(super) struct Slopes<V: Vector> {
     pub(super) v: V,
     pub(super) f: V,
     pub(super) hq: V,
-    /// D_j v_j
     pub(super) loss: V,
-    pub(super) energy: V::Scalar,
 }
 
-impl<V: Vector> End<V> {
+impl<V: Vector> Slopes<V> {
     pub(super) fn new(n: usize) -> Self {
         let zeros = || V::zeros(n);
-        let [q, p, gain, v, f, hq, loss] =
-            [zeros(), zeros(), zeros(), zeros(), zeros(), zeros(), zeros()];
-        Self { q, p, gain, v, f, hq, loss, energy: V::Scalar::zero() }
+        Self { v: zeros(), f: zeros(), hq: zeros(), loss: zeros() }
     }
 
     /// Evaluates the system at (q, p).
     #[inline]
-    pub(super) fn evaluate_slopes<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) {
-        let Self { q, p, v, f, hq, loss, .. } = self;
+    pub(super) fn evaluate<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        [q, p]: [&V; 2],
+    ) {
+        let Self { v, f, hq, loss } = self;
         let (q, p) = (q.as_slice(), p.as_slice());
         system.gradient(q, p, hq.as_mut_slice(), v.as_mut_slice());
         system.dissipation(q, p, v.as_slice(), loss.as_mut_slice());

@@ -8,8 +8,8 @@
 //! If v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j is computed directly. The functions are not
 //! inlined, for the reason given in `points`.
 
-use super::end::End;
 use super::gauss::{Columns, Gauss};
+use super::slopes::Slopes;
 use crate::kernels::reductions::{max_norm, see_size};
 use crate::points::{dissipation, gradient};
 use afterbay_core::{Quantity, Scalar, State, StepFailure, System, Vector, larger_or_nan};
@@ -242,7 +242,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
 
     /// The first force or velocity that is not finite, at the nodes or at the end.
     #[cold]
-    pub(super) fn not_finite(&self, end: &End<V>) -> StepFailure {
+    pub(super) fn not_finite(&self, end: &Slopes<V>) -> StepFailure {
         let parts = [
             (Quantity::Force, &self.f, &end.f),
             (Quantity::Velocity, &self.v, &end.v),

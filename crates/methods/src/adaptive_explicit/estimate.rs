@@ -26,7 +26,7 @@ impl<V: Vector> Workspace<V> {
     /// weights, over h. NaN for those that are not finite.
     #[inline(always)]
     fn difference(&self, terms: Terms) -> [f64; 3] {
-        let (stages, all) = (&self.stages, V::LEN.unwrap_or(self.q.as_slice().len()));
+        let (stages, all) = (&self.stages, V::LEN.unwrap_or(self.end.q.as_slice().len()));
         let w = if stages.is_dissipative() { stages.largest_sum::<W>(terms, 0..all) } else { 0.0 };
         if self.free < all {
             return self.difference_of_driven(terms, w);
@@ -40,7 +40,7 @@ impl<V: Vector> Workspace<V> {
         let Self { stages, free, .. } = self;
         let q = stages.largest_sum::<Q>(terms, 0..*free);
         let p = stages.largest_sum::<P>(terms, 0..*free);
-        let supplied = stages.largest_sum::<P>(terms, *free..self.p.as_slice().len());
+        let supplied = stages.largest_sum::<P>(terms, *free..self.end.p.as_slice().len());
         [q, p, larger_or_nan(w, supplied)]
     }
 

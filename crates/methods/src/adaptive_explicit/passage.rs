@@ -9,7 +9,7 @@
 
 use super::Workspace;
 use super::estimate::KINK_CAUTION;
-use crate::adaptive::{Passage, roundings_of_time, time_rounding};
+use crate::adaptive::{End, Passage, roundings_of_time, time_rounding};
 use crate::runge_kutta::Embedded;
 use afterbay_core::{Scalar, State, System, Vector};
 
@@ -41,7 +41,7 @@ impl<V: Vector> Workspace<V> {
         if self.length <= time_rounding(state.t) {
             return Passage::Passed;
         }
-        let Self { stages, kinks, q, p, between, .. } = self;
+        let Self { stages, kinks, end: End { q, p, .. }, between, .. } = self;
         let [first, last] = [stages.slopes(0), stages.slopes(B::ROWS.len() - 1)];
         let parts = [(&state.q, &*q, first[0], last[0]), (&state.p, &*p, first[1], last[1])];
         for share in POINTS {

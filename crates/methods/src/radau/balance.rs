@@ -16,7 +16,7 @@
 
 use super::engine::Engine;
 use super::share::Allowed;
-use crate::adaptive::{Projection, ROUNDING_SUSPECTED_BELOW, is_noise};
+use crate::adaptive::{End, ROUNDING_SUSPECTED_BELOW, is_noise};
 use afterbay_core::{Curvature, Passive, Scalar, State, StepFailure, Vector};
 
 /// The reservoirs take all of the defect if their share exceeds this number, between 0 and 1. A
@@ -44,9 +44,10 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         }
         let Err(excess) = self.project(system, allowed) else { return Ok(None) };
         self.place_end(system, state);
-        let (energies, end) = ([self.energy, self.end_energy, self.target()], [&self.q, &self.p]);
+        let Self { end, energy, last_defect, .. } = self;
+        let energies = [*energy, end.energy, end.target(*energy)];
         let noise = error <= ROUNDING_SUSPECTED_BELOW
-            && is_noise(system, end, energies, &mut self.last_defect)?;
+            && is_noise(system, [&end.q, &end.p], energies, last_defect)?;
         Ok((!noise).then_some(excess))
     }
 
@@ -59,7 +60,8 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         system: &F,
         state: &State<V>,
     ) {
-        let Self { q, p, trial, tables, h, .. } = self;
+        let Self { end, trial, tables, h, .. } = self;
+        let End { q, p, .. } = end;
         for (to, from, by) in [(&mut *q, &state.q, &trial.q), (&mut *p, &state.p, &trial.p)] {
             let steps = from.as_slice().iter().zip(by[S - 1].as_slice());
             for (to, (&from, &by)) in to.as_mut_slice().iter_mut().zip(steps) {
@@ -72,20 +74,15 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             let sum = terms.fold(V::Scalar::zero(), |sum, (&b, f)| b.mul_add(f.as_slice()[d], sum));
             p.as_mut_slice()[d] = h.mul_add(sum, state.p.as_slice()[d]);
         }
-        self.end_energy = system.energy(q.as_slice(), p.as_slice());
+        end.measure(system);
         self.unmoved = true;
-    }
-
-    /// The target value of H at the end.
-    pub(super) fn target(&self) -> V::Scalar {
-        self.gain.as_slice().iter().fold(self.energy, |energy, &gain| energy - gain)
     }
 
     /// Δw_j = h Σ b_i D_j v_j
     #[inline(always)]
     pub(super) fn sum_gains(&mut self) {
-        let Self { tables, trial, gain, .. } = self;
-        let (h, gain) = (self.h, gain.as_mut_slice());
+        let Self { tables, trial, end, .. } = self;
+        let (h, gain) = (self.h, end.gain.as_mut_slice());
         let n = V::LEN.unwrap_or(gain.len());
         for (d, gain) in gain[..n].iter_mut().enumerate() {
             let terms = tables.weights.iter().zip(&trial.loss);
@@ -99,9 +96,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     /// unless this would drain a passive one.
     #[inline(always)]
     fn share_defect<F: Curvature<V::Scalar> + ?Sized>(&mut self, system: &F) {
-        let defect = self.target() - self.end_energy;
-        let Self { errors: [of_q, of_p, of_w], trial, last, gain, .. } = self;
-        let n = V::LEN.unwrap_or(gain.as_slice().len()) - system.motors();
+        let Self { errors: [of_q, of_p, of_w], trial, last, end, energy, .. } = self;
+        let defect = end.target(*energy) - end.energy;
+        let n = V::LEN.unwrap_or(end.gain.as_slice().len()) - system.motors();
         let zero = V::Scalar::zero();
         let [of_q, of_p, of_w] = [of_q, of_p, of_w].map(|x| &x.as_slice()[..n]);
         let (hq, v) = (&last.hq.as_slice()[..n], &trial.v[S - 1].as_slice()[..n]);
@@ -119,7 +116,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let share = if share > WHOLE_SHARE { 1.0 } else { share };
         let defect = V::Scalar::from_f64(share) * defect;
         let each = defect / of_reservoirs;
-        let gain = &mut gain.as_mut_slice()[..n];
+        let gain = &mut end.gain.as_mut_slice()[..n];
         let drained = match system.dissipation_form().passive {
             Passive::No => false,
             Passive::InSum => gain.iter().fold(defect, |sum, &gain| sum + gain).to_f64() < 0.0,
@@ -139,16 +136,9 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         system: &F,
         allowed: Allowed,
     ) -> Result<(), f64> {
-        let target = self.target();
-        let Self { trial, last, q, p, energy, end_energy, .. } = self;
-        let projection = Projection {
-            slope: [last.hq.as_slice(), trial.v[S - 1].as_slice()],
-            target,
-            size: (energy.abs() + target.abs()).to_f64(),
-            scales: [allowed.scales[0], allowed.scales[1]],
-            share: allowed.share,
-        };
-        let moved = projection.apply(system, [q.as_mut_slice(), p.as_mut_slice()], end_energy)?;
+        let Self { trial, last, end, energy, .. } = self;
+        let slope = [&last.hq, &trial.v[S - 1]];
+        let moved = end.project(system, slope, *energy, allowed.scales, allowed.share)?;
         self.unmoved = !moved;
         Ok(())
     }
@@ -156,6 +146,6 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     /// The coordinates at the end of the trial step.
     #[inline]
     pub(crate) fn end_of_attempt(&self) -> &[V::Scalar] {
-        self.q.as_slice()
+        self.end.q.as_slice()
     }
 }

@@ -11,9 +11,7 @@ use super::equations::Equations;
 use super::share::Share;
 use super::stages::{Columns, Point, Points, Stages};
 use super::tables::Tables;
-use crate::adaptive::{
-    KINK_ORDER, Kinks, Passage, REFUSED_ERROR, balance_by_motor, roundings_of_time,
-};
+use crate::adaptive::{End, KINK_ORDER, Kinks, Passage, REFUSED_ERROR, roundings_of_time};
 use afterbay_core::{
     Attempt, Curvature, Effort, InputError, Quad, Scalar, State, StepFailure, System, Tolerance,
     Vector,
@@ -41,11 +39,7 @@ pub(crate) struct Engine<V: Vector, const S: usize> {
     begun: bool,
     pub(super) start: Point<V>,
     pub(super) energy: V::Scalar,
-    /// The end of the step, the increments of the reservoirs, and H there.
-    pub(crate) q: V,
-    pub(super) p: V,
-    pub(super) gain: V,
-    pub(super) end_energy: V::Scalar,
+    pub(super) end: End<V>,
     /// ∂H/∂q and D at the last stage, and whether it is the end of the step.
     pub(super) last: Point<V>,
     pub(super) unmoved: bool,
@@ -96,10 +90,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             begun: false,
             start: Point::new(n),
             energy: zero,
-            q: zeros(),
-            p: zeros(),
-            gain: zeros(),
-            end_energy: zero,
+            end: End::new(n),
             last: Point::new(n),
             unmoved: false,
             oscillation: 0.0,
@@ -156,7 +147,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             }
         }
         if error > 1.0 {
-            self.balance_rejected_step(system, state);
+            self.end_rejected_step(system, state);
         }
         let order = if smooth { 2 * S as u32 } else { KINK_ORDER };
         Ok(Attempt { error, order, largest_growth: f64::INFINITY, effort })
@@ -187,11 +178,11 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         // No step longer than this one was tried.
         self.last_defect = 0.0;
         if self.balance(system, before, allowed, 0.0)?.is_some() {
-            let excess = (self.end_energy - self.target()).to_f64();
+            let excess = (self.end.energy - self.end.target(self.energy)).to_f64();
             return Err(StepFailure::ProjectionFailed { excess });
         }
         to.w.as_mut_slice().copy_from_slice(before.w.as_slice());
-        self.write(to);
+        self.end.write(to);
         Ok(effort)
     }
 
@@ -230,26 +221,24 @@ impl<V: Vector, const S: usize> Engine<V, S> {
 
     /// Computes the end of a step with too large an error, with K exact if the system is driven.
     #[cold]
-    fn balance_rejected_step<F: Curvature<V::Scalar> + ?Sized>(
+    fn end_rejected_step<F: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         system: &F,
         state: &State<V>,
     ) {
         self.place_end(system, state);
         self.sum_gains();
-        let target = self.target();
-        let balanced = balance_by_motor(system, target, self.q.as_slice(), self.p.as_mut_slice());
-        self.end_energy = balanced.unwrap_or(self.end_energy);
+        self.end.balance(system, self.energy);
     }
 
     /// Accepts the trial step.
     #[inline(always)]
     pub(crate) fn accept(&mut self, state: &mut State<V>) {
-        self.write(state);
+        self.end.write(state);
         self.share.spend(self.h.to_f64().abs());
         std::mem::swap(&mut self.trial, &mut self.kept);
         self.kept_h = Some(self.h);
-        self.energy = self.end_energy;
+        self.energy = self.end.energy;
         self.last_defect = f64::INFINITY;
         self.fresh = false;
         // The slopes at the end are known unless the projection moved it.
@@ -265,18 +254,6 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             ];
             for (to, from) in pairs {
                 to.as_mut_slice().copy_from_slice(from.as_slice());
-            }
-        }
-    }
-
-    /// Writes the end of the step; the gains of the reservoirs are added to the w of `to`.
-    #[inline(always)]
-    fn write(&self, to: &mut State<V>) {
-        to.q.as_mut_slice().copy_from_slice(self.q.as_slice());
-        to.p.as_mut_slice().copy_from_slice(self.p.as_slice());
-        if self.dissipative {
-            for (w, &gain) in to.w.as_mut_slice().iter_mut().zip(self.gain.as_slice()) {
-                *w += gain;
             }
         }
     }

@@ -188,7 +188,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     /// The failure of an iteration that does not converge.
     #[cold]
     fn stalled(&self, iterations: u64, shares: &impl Fn(usize) -> [f64; 2]) -> StepFailure {
-        let n = self.q.as_slice().len();
+        let n = self.end.q.as_slice().len();
         let size = |d: usize| {
             let parts = self.equations.solution(d).into_iter().zip(shares(d));
             let sizes = parts.flat_map(|(part, share)| part.map(|x| x.abs() * share));
