@@ -9,30 +9,27 @@
 //!
 //! Parameters: n ≥ 1 masses; β in 1/length² and c in 1/time, both any finite number. A mass of 1 on
 //! a spring of stiffness 1 fixes the unit of time. β < 0 softens the springs and leaves V unbounded
-//! below. c > 0 is passive, in every degree of freedom; c < 0 is active.
+//! below.
 //!
-//! Invariants: K = H + Σ w_j, and H itself at c = 0; volumes in phase space shrink by e^{-nct}; the
-//! mirror image of a solution, q_j ↔ q_{n+1-j}, is a solution, and so is its negative. For β = 0
-//! mode i, q_j = sin(πij/(n+1)), is a damped oscillator with ω² = 4 sin²(πi/(2n+2)). Otherwise
-//! references come from `tests/data/many_degrees.py`, made by another library, and from
+//! The mirror image of a solution, q_j ↔ q_{n+1-j}, is a solution, and so is its negative. For
+//! β = 0 mode i, q_j = sin(πij/(n+1)), is a damped oscillator with ω² = 4 sin²(πi/(2n+2)).
+//! Otherwise references come from `tests/data/many_degrees.py`, made by another library, and from
 //! [`afterbay_core::taylor::trajectory`].
 
 use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
-use crate::walls::{self, beside};
-use crate::{at_least_one, finite, inner, is_zero, linear_dissipation, sum};
-use afterbay_core::{
-    Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members,
-    Scalar, SecondDerivatives, Separable, System, Uniform, f64x8,
-};
+use crate::chain::{Bond, Chain};
+use crate::{at_least_one, finite, is_zero};
+use afterbay_core::{InputError, Line, Members, Scalar, Uniform, f64x8};
 use std::any::Any;
 use std::sync::Arc;
 
-/// V = Σ (r²/2 + β r⁴/4) over the bonds, with D_j = c p_j.
+/// The chain with [`CubicSpring`]s.
+pub type FputChain<T> = Chain<T, CubicSpring<T>>;
+
+/// u(r) = r²/2 + β r⁴/4
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FputChain<T> {
-    n: usize,
+pub struct CubicSpring<T> {
     beta: T,
-    c: T,
 }
 
 impl<T: Scalar> FputChain<T> {
@@ -41,22 +38,24 @@ impl<T: Scalar> FputChain<T> {
     /// # Errors
     /// [`InputError::Parameter`] if n is 0 or another is not finite.
     pub fn new(n: usize, beta: T, c: T) -> Result<Self, InputError> {
-        Ok(Self { n: at_least_one(n)?, beta: finite("beta", beta)?, c: finite("c", c)? })
+        Self::of(at_least_one(n)?, CubicSpring { beta: finite("beta", beta)? }, c)
     }
 
     /// The system in another scalar.
     pub fn map<U: Scalar>(&self, f: impl Fn(T) -> U) -> FputChain<U> {
-        FputChain { n: self.n, beta: f(self.beta), c: f(self.c) }
+        self.with(CubicSpring { beta: f(self.bond.beta) }, f)
     }
+}
 
-    /// r²/2 + β r⁴/4
+impl<T: Scalar> Bond<T> for CubicSpring<T> {
+    const UNIFORM: bool = true;
+
     #[inline(always)]
     fn stored(&self, r: T) -> T {
         let square = r * r;
         (square * self.beta.half().mul_add(square, T::one())).half()
     }
 
-    /// f(r) = r + β r³
     #[inline(always)]
     fn tension(&self, r: T) -> T {
         r * self.beta.mul_add(r * r, T::one())
@@ -69,82 +68,22 @@ impl<T: Scalar> FputChain<T> {
         T::one() + (slope + slope + slope)
     }
 
-    /// The mean of f from r to s, `(r + s) [1/2 + β/4 (r² + s²)]`, and its derivative by s.
+    /// `(r + s) [1/2 + β/4 (r² + s²)]`
     #[inline(always)]
     fn mean_tension(&self, r: T, s: T) -> Line<T> {
         let (sum, half_beta) = (r + s, self.beta.half());
         let stiffness = half_beta.half().mul_add(s.mul_add(s, r * r), T::one().half());
         Line { value: sum * stiffness, slope: (half_beta * s).mul_add(sum, stiffness) }
     }
-}
-
-impl<T: Scalar> System<T> for FputChain<T> {
-    #[inline(always)]
-    fn dof(&self) -> usize {
-        self.n
-    }
-
-    #[inline]
-    fn energy(&self, q: &[T], p: &[T]) -> T {
-        let walls = self.stored(q[0]) + self.stored(q[q.len() - 1]);
-        sum(p, |&[p]| p * p).half() + (sum(q, |&[a, b]| self.stored(b - a)) + walls)
-    }
-
-    #[inline]
-    fn gradient(&self, q: &[T], p: &[T], hq: &mut [T], hp: &mut [T]) {
-        let last = q.len() - 1;
-        hq[0] = self.partial(q, 0, q[0]);
-        hq[last] = self.partial(q, last, q[last]);
-        // Each tension is computed twice, for both masses, so that the masses are independent.
-        inner(q, hq, |&[left, at, right]| self.tension(at - left) - self.tension(right - at));
-        hp.copy_from_slice(p);
-    }
 
     #[inline(always)]
-    fn dissipation(&self, _q: &[T], _p: &[T], v: &[T], d: &mut [T]) {
-        d.iter_mut().zip(v).for_each(|(d, &v)| *d = self.c * v);
+    fn is_linear(&self) -> bool {
+        is_zero(self.beta)
     }
 
-    #[inline(always)]
-    fn unit_mass(&self) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn dissipation_form(&self) -> DissipationForm {
-        linear_dissipation(self.c)
-    }
-
-    #[inline(always)]
-    fn coupling(&self) -> Coupling {
-        Coupling::Chain
-    }
-}
-
-impl<T: Scalar> Separable<T> for FputChain<T> {
-    #[inline(always)]
-    fn partial(&self, q: &[T], j: usize, at: T) -> T {
-        let (left, right) = beside(q, j);
-        self.tension(at - left) - self.tension(right - at)
-    }
-
-    /// The mean tension of the left bond less that of the right bond, both polynomials.
-    #[inline(always)]
-    fn divided_difference(&self, q: &[T], j: usize, to: T) -> Line<T> {
-        let (left, right) = beside(q, j);
-        let before = self.mean_tension(q[j] - left, to - left);
-        let after = self.mean_tension(right - q[j], right - to);
-        Line { value: before.value - after.value, slope: before.slope + after.slope }
-    }
-
-    #[inline(always)]
-    fn has_exact_divided_differences(&self) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn dissipation_of(&self, _q: &[T], p: &[T], j: usize) -> Dissipation<T> {
-        Dissipation { value: self.c * p[j], by_q: T::zero(), by_p: self.c }
+    fn members(chain: Arc<FputChain<T>>) -> Option<Arc<dyn Members>> {
+        let of_f64 = (chain as Arc<dyn Any + Send + Sync>).downcast::<FputChain<f64>>().ok();
+        of_f64.map(|chain| chain as Arc<dyn Members>)
     }
 }
 
@@ -153,37 +92,6 @@ impl Uniform for FputChain<f64> {
 
     fn lanes(&self) -> Result<FputChain<f64x8>, InputError> {
         Ok(self.map(f64x8::from))
-    }
-}
-
-impl<T: Scalar> Curvature<T> for FputChain<T> {
-    #[inline]
-    fn curvature(&self, q: &[T], _p: &[T], put: impl FnMut(Block, usize, usize, T)) {
-        walls::curvature(q, |r| self.stiffness(r), self.c, put);
-    }
-
-    #[inline(always)]
-    fn is_linear(&self) -> bool {
-        is_zero(self.beta)
-    }
-}
-
-impl<T: Scalar> Abilities<T> for FputChain<T> {
-    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
-        Some(self)
-    }
-
-    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
-        Some(self)
-    }
-
-    fn is_uniform(&self) -> bool {
-        true
-    }
-
-    fn uniform(self: Arc<Self>) -> Option<Arc<dyn Members>> {
-        let of_f64 = (self as Arc<dyn Any + Send + Sync>).downcast::<FputChain<f64>>().ok();
-        of_f64.map(|system| system as Arc<dyn Members>)
     }
 }
 
@@ -211,7 +119,7 @@ impl Family for FputChain<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use afterbay_core::Passive;
+    use afterbay_core::{Separable, System};
 
     #[test]
     fn parameters_have_their_range() {
@@ -225,17 +133,6 @@ mod tests {
                 matches!(system, Err(InputError::Parameter { name: found, .. }) if found == name)
             );
         }
-    }
-
-    #[test]
-    fn the_sign_of_c_decides() {
-        let damping = |c: f64| FputChain::new(3, 1.0, c).unwrap().dissipation_form();
-        assert_eq!(damping(0.0), DissipationForm::NONE);
-        assert_eq!(
-            damping(0.1),
-            DissipationForm { passive: Passive::Each, ..DissipationForm::LINEAR }
-        );
-        assert_eq!(damping(-0.1), DissipationForm::LINEAR);
     }
 
     /// One mass hangs on two bonds of length q: V = q² + β q⁴/2.

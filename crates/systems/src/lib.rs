@@ -14,6 +14,7 @@
 //! dissipation given as text, and [`CustomGeneral`] one with any H(q, p).
 
 pub mod catalog;
+mod chain;
 mod custom;
 mod damped_double_pendulum;
 mod damped_oscillator;
@@ -24,12 +25,12 @@ mod morse_chain;
 mod order_raising;
 mod van_der_pol;
 mod van_der_pol_ring;
-mod walls;
 
 pub use catalog::{
     DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL,
     MORSE_CHAIN, SYSTEMS, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
 };
+pub use chain::{Bond, Chain};
 pub use custom::{
     Custom, CustomDrive, CustomError, CustomFunction, CustomGeneral, Described, Description,
     DissipationText, DriveDescription, FUNCTIONS, FUNCTIONS_OF_TWO, FUNCTIONS_WITH_JUMPS,
@@ -38,9 +39,9 @@ pub use custom::{
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;
 pub use duffing::Duffing;
-pub use fput_chain::FputChain;
+pub use fput_chain::{CubicSpring, FputChain};
 pub use modified_van_der_pol::ModifiedVanDerPol;
-pub use morse_chain::MorseChain;
+pub use morse_chain::{MorseBond, MorseChain};
 pub use van_der_pol::VanDerPol;
 pub use van_der_pol_ring::VanDerPolRing;
 
