@@ -48,6 +48,8 @@ impl<V: Vector> State<V> {
     ///
     /// # Errors
     /// [`InputError::Length`] and [`InputError::NotFinite`], with the quantity and the index.
+    // Inlined, it slows down the time loop that follows: leap-frog on expressions by 1.3 to 1.8.
+    #[inline(never)]
     pub fn check(&self, dof: usize) -> Result<(), InputError> {
         let parts = [
             (Quantity::Coordinate, &self.q),
