@@ -32,7 +32,8 @@ pub(crate) struct Projection<'a, T> {
 
 impl<'a, T: Scalar> Projection<'a, T> {
     /// The projection of the end (q, p) of a step that is solved to rounding. The Euclidean norm of
-    /// the change is at most `relative` times the largest |q_j| or |p_j|.
+    /// the change is at most `relative` times the largest |q_j| or |p_j|. q and p are without
+    /// motors.
     pub(crate) fn short(
         slope: [&'a [T]; 2],
         target: T,

@@ -77,7 +77,9 @@ impl<V: Vector> Workspace<V> {
         let mut end = system.energy(q, p);
         let slope = [slopes.hq[0].as_slice(), slopes.hp[0].as_slice()];
         let (target, size) = (start - *gained, start.abs().to_f64() + gained.abs().to_f64());
-        let projection = Projection::short(slope, target, size, LARGEST_PROJECTION, [&*q, &*p]);
+        let free = q.len() - system.motors();
+        let end_of_free = [&q[..free], &p[..free]];
+        let projection = Projection::short(slope, target, size, LARGEST_PROJECTION, end_of_free);
         let moved = projection.apply(system, [q, p], &mut end).is_ok();
         self.weigh(system, start);
         // NaN counts as worse.

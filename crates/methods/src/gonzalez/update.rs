@@ -35,9 +35,9 @@ impl<V: Vector> Workspace<V> {
         state: &State<V>,
         lambda: &Lambda<V::Scalar>,
     ) -> Update {
-        let [a, b] = &self.missing;
-        let q = add(a, &state.q, [&mut self.dq, &mut self.q_mean, &mut self.q]);
-        let p = add(b, &state.p, [&mut self.dp, &mut self.p_mean, &mut self.p]);
+        let ([a, b], free) = (&self.missing, self.free);
+        let [q, time] = add(a, &state.q, free, [&mut self.dq, &mut self.q_mean, &mut self.q]);
+        let [p, supplied] = add(b, &state.p, free, [&mut self.dp, &mut self.p_mean, &mut self.p]);
         // The rounding of λ enters q through h λ Δp and p through h λ (Δq + R Δp), and cannot be
         // resolved either.
         let rough = h.to_f64().abs() * lambda.rough;
@@ -46,8 +46,11 @@ impl<V: Vector> Workspace<V> {
         let gain = self.gain;
         let beside =
             |q_scale, p_scale| share(q.correction, q_scale).max(share(p.correction, p_scale));
-        let size = beside(q_scale, p_scale);
-        let finite = (q.correction + p.correction).is_finite();
+        // The momenta of motors are energies. Their coordinates are the time, which is exact.
+        let energies = supplied.z + self.start.abs().to_f64();
+        let size = beside(q_scale, p_scale).max(share(supplied.correction, energies));
+        let corrections = [q, time, p, supplied].map(|part| part.correction);
+        let finite = corrections.into_iter().sum::<f64>().is_finite();
         let p_terms = h.to_f64().abs().mul_add(self.force_rounding, p_scale);
         let noise_share = beside(gain.mul_add(p_terms, q_scale), gain.mul_add(q_scale, p_terms));
         let size = if finite { size } else { f64::NAN };
@@ -128,9 +131,10 @@ impl<V: Vector> Workspace<V> {
             return false;
         }
         let (slope, target) = ([hq.as_slice(), hp.as_slice()], start - gained);
-        let (size, energy) = ((start.abs() + spent).to_f64(), self.energy);
+        let (size, energy, free) = ((start.abs() + spent).to_f64(), self.energy, self.free);
         let [q, p] = [self.q.as_mut_slice(), self.p.as_mut_slice()];
-        let projection = Projection::short(slope, target, size, LARGEST_PROJECTION, [&*q, &*p]);
+        let projection =
+            Projection::short(slope, target, size, LARGEST_PROJECTION, [&q[..free], &p[..free]]);
         if projection.apply(system, [q, p], &mut self.energy).is_err() {
             self.energy = energy;
             self.place(state);
@@ -181,7 +185,13 @@ impl<V: Vector> Workspace<V> {
 }
 
 /// Adds `correction` to the increment, then computes start + increment/2 and start + increment.
-fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V; 3]) -> Largest {
+/// Returns the largest entries of the first `free` degrees of freedom and of the motors.
+fn add<V: Vector>(
+    correction: &[f64],
+    start: &V,
+    free: usize,
+    [increment, mean, end]: [&mut V; 3],
+) -> [Largest; 2] {
     let n = correction.len();
     let (start, increment) = (&start.as_slice()[..n], &mut increment.as_mut_slice()[..n]);
     let (mean, end) = (&mut mean.as_mut_slice()[..n], &mut end.as_mut_slice()[..n]);
@@ -190,7 +200,8 @@ fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V
         mean[j] = start[j] + increment[j].half();
         end[j] = start[j] + increment[j];
     }
-    largest(correction, start, increment)
+    [0..free, free..n]
+        .map(|part| largest(&correction[part.clone()], &start[part.clone()], &increment[part]))
 }
 
 /// The largest entries; full chunks of eight in lanes. The correction is NaN if an entry is not

@@ -14,7 +14,7 @@ pub struct Workspace<V: Vector> {
     pub(super) linear: bool,
     /// The number of degrees of freedom before the motors of a drive, which λ leaves alone: their
     /// velocity is 1.
-    free: usize,
+    pub(super) free: usize,
     /// Whether λ exceeds its rounding error; decided once per step.
     pub(super) resolved: Option<bool>,
     pub(super) slopes: Slopes<V>,

@@ -67,24 +67,34 @@ impl<V: Vector> Workspace<V> {
         self.resolved = None;
     }
 
-    /// Replaces Δz by the end of the path. Returns the change relative to z, the absolute change,
-    /// and the degree of freedom that changed most.
-    fn update(&mut self, state: &State<V>) -> (f64, f64, usize) {
+    /// Replaces Δz by the end of the path. `energy` is H at the start. Returns the change relative
+    /// to z, the absolute change, and the degree of freedom that changed most. The momenta of
+    /// motors are energies; their coordinates are the time, which is exact.
+    fn update(&mut self, state: &State<V>, energy: V::Scalar) -> (f64, f64, usize) {
+        let (n, free) = (state.dof(), self.free);
+        let parts = [
+            (0, 0..free, V::Scalar::zero()),
+            (1, 0..free, V::Scalar::zero()),
+            (1, free..n, energy),
+        ];
         let mut most = (0.0_f64, 0.0, 0);
-        for (i, start) in [&state.q, &state.p].into_iter().enumerate() {
-            let (dz, y) = (self.dz[i].as_mut_slice(), self.flow.y[i].as_slice());
-            let moved = largest_entry(y.iter().zip(&*dz).map(|(&y, &dz)| (y - dz).abs().to_f64()));
-            let ends = start.as_slice().iter().zip(y);
-            let scale = ends.fold(0.0_f64, |scale, (start, y)| {
+        for (i, entries, beside) in parts {
+            let start = &[&state.q, &state.p][i].as_slice()[entries.clone()];
+            let dz = &self.dz[i].as_slice()[entries.clone()];
+            let y = &self.flow.y[i].as_slice()[entries.clone()];
+            let moved = largest_entry(y.iter().zip(dz).map(|(&y, &dz)| (y - dz).abs().to_f64()));
+            let scale = start.iter().zip(y).fold(beside.abs().to_f64(), |scale, (start, y)| {
                 scale.max(start.abs().to_f64() + y.abs().to_f64())
             });
-            dz.copy_from_slice(y);
             // Numbers near underflow are rounded by up to the least normal number.
             let least = f64::MIN_POSITIVE / V::Scalar::EPSILON;
             let share = if moved.0 == 0.0 { 0.0 } else { moved.0 / (scale + least) };
             if share > most.0 || share.is_nan() {
-                most = (share, moved.0, moved.1);
+                most = (share, moved.0, entries.start + moved.1);
             }
+        }
+        for (dz, y) in self.dz.iter_mut().zip(&self.flow.y) {
+            dz.as_mut_slice().copy_from_slice(y.as_slice());
         }
         most
     }
@@ -101,7 +111,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
     }
 
     fn update(&mut self) -> Result<f64, StepFailure> {
-        let (update, moved, dof) = self.workspace.update(self.state);
+        let (update, moved, dof) = self.workspace.update(self.state, self.start);
         (self.moved, self.dof) = (moved, dof);
         Ok(update)
     }
@@ -142,7 +152,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
     /// most `furthest` times its largest entry.
     fn finish(&mut self, furthest: f64) -> Result<(), StepFailure> {
         self.walk(true)?;
-        self.workspace.update(self.state);
+        self.workspace.update(self.state, self.start);
         self.workspace.place(self.state);
         commit::check(self.workspace.ends())?;
         self.restore(furthest)
@@ -179,7 +189,9 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
             return Ok(());
         }
         let slope: [&[V::Scalar]; 2] = [hq, hp];
-        let projection = Projection::short(slope, target, size.to_f64(), furthest, [&*q, &*p]);
+        let free = n - system.motors();
+        let end_of_free = [&q[..free], &p[..free]];
+        let projection = Projection::short(slope, target, size.to_f64(), furthest, end_of_free);
         let restored = projection.apply(system, [q, p], &mut energy).is_ok();
         if restored || left(energy) <= KEPT_ROUNDINGS {
             return Ok(());

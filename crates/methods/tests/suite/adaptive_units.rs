@@ -2,6 +2,7 @@
 //! depend on them.
 
 use crate::catalog::{As, written};
+use crate::motors::Shaker;
 use afterbay_core::{
     Abilities, Drive, Driven, State, StateRef, Statistics, Tolerance, with_motors,
 };
@@ -55,32 +56,12 @@ fn a_coarse_tolerance_of_p_does_not_loosen_that_of_q() {
     }
 }
 
-/// A force `f cos ωt`.
-struct Shaker {
-    f: f64,
-    omega: f64,
-}
-
-impl Drive<f64> for Shaker {
-    fn driven(&self) -> &[usize] {
-        &[0]
-    }
-
-    fn force(&self, _k: usize, _q: &[f64], t: f64) -> f64 {
-        self.f * (self.omega * t).cos()
-    }
-
-    fn slopes(&self, _k: usize, _q: &[f64], t: f64, put: &mut dyn FnMut(Option<usize>, f64)) {
-        put(None, -self.f * self.omega * (self.omega * t).sin());
-    }
-}
-
 /// A driven oscillator to the time 10 in a unit of time of 1/`unit`, with the tolerance 1e-8
 /// relative to sizes near 1 in units of their own. Returns q at the end.
 fn driven(row: &Row, unit: f64) -> (f64, Statistics) {
     let oscillator = DampedOscillator::new(1.0 / (unit * unit), 0.1 / unit).unwrap();
     let oscillator: Arc<dyn Abilities<f64>> = Arc::new(oscillator);
-    let shaker = Shaker { f: 0.3 / (unit * unit), omega: 1.0 / unit };
+    let shaker = Shaker::of_first(0.3 / (unit * unit), 1.0 / unit);
     let system = Driven::<_, dyn Drive<f64>>::new(oscillator, Arc::new(shaker)).unwrap();
     let run = bind(row, Arc::new(system)).unwrap();
     let mut state = with_motors(&State::new(vec![0.5], vec![0.0]).unwrap(), 1);

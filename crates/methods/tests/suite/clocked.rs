@@ -14,9 +14,7 @@ fn alone(model: Model) -> Scene {
 
 /// The first particle is driven by F = 0.7 cos(1.7 t), too.
 fn shaken(model: Model) -> Scene {
-    let (amplitudes, frequencies) = ([0.7, 0.0], [1.7, 0.0]);
-    let drive = Shaker { driven: &[0], amplitudes, frequencies, depends_on_place: false };
-    Scene { model, drive: Some(drive) }
+    Scene { model, drive: Some(Shaker::of_first(0.7, 1.7)) }
 }
 
 /// The lag of a step of relaxed-rk4 is of order 5. In Mathieu's equation it is so large that the

@@ -136,6 +136,12 @@ pub(crate) struct Shaker {
 }
 
 impl Shaker {
+    /// The force a cos ωt on the first degree of freedom.
+    pub(crate) fn of_first(amplitude: f64, frequency: f64) -> Self {
+        let (amplitudes, frequencies) = ([amplitude, 0.0], [frequency, 0.0]);
+        Self { driven: &[0], amplitudes, frequencies, depends_on_place: false }
+    }
+
     /// sin and cos of ω t times the amplitude.
     fn waves<T: Scalar>(&self, k: usize, t: T) -> [T; 2] {
         let (sin, cos) = sin_cos(number::<T>(self.frequencies[k]) * t);

@@ -1,10 +1,12 @@
-//! Scenes in units in which p is far smaller than q: the same motion, which no method refuses.
+//! Scenes in units of mass and of time: the same motion, which no method refuses.
 
 use crate::catalog::{As, written};
-use afterbay_core::{Grid, InputError, State, StateRef};
-use afterbay_methods::registry::{FIXED, Setting, find};
-use afterbay_systems::{Description, DissipationText};
+use crate::motors::Shaker;
+use afterbay_core::{Abilities, Drive, Driven, Grid, InputError, State, StateRef, with_motors};
+use afterbay_methods::registry::{FIXED, Row, Setting, bind, find};
+use afterbay_systems::{Description, DissipationText, Duffing};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// Steps that end nearly at rest, in units of mass down to 1e-27. At v = 0 no change of p makes up
 /// for an error of K.
@@ -71,4 +73,43 @@ fn a_long_step_is_the_same_in_all_units_of_mass() {
             }
         }
     }
+}
+
+/// A driven oscillator with a hardening spring, to the time 90 in a unit of time of 1/`unit`, by
+/// steps of 0.3. Returns q at the end and the number of evaluations.
+fn driven(row: &Row, unit: f64) -> Result<(f64, u64), InputError> {
+    let stiffness = 1.0 / (unit * unit);
+    let duffing = Duffing::new(stiffness, stiffness, 0.1 / unit)?;
+    let shaker = Shaker::of_first(0.3 / (unit * unit), 1.1 / unit);
+    let (duffing, shaker): (Arc<dyn Abilities<f64>>, Arc<dyn Drive<f64>>) =
+        (Arc::new(duffing), Arc::new(shaker));
+    let run = bind(row, Arc::new(Driven::new(duffing, shaker)?))?;
+    let mut state = with_motors(&State::new(vec![0.5], vec![0.0])?, 1);
+    let setting = Setting::Step(Grid::new(0.3 * unit, 90.0 * unit)?);
+    let mut show = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+    let done = run.run(setting, &mut state, 1, &mut show).expect("it runs");
+    Ok((state.q[0], done.effort.evaluations))
+}
+
+/// The time is a coordinate of a driven system, and may be far larger than q. Where p is far
+/// smaller than q, also in Euclidean norms, the motion is the same in all units of time.
+#[test]
+fn a_driven_step_is_solved_to_rounding_in_all_units_of_time() {
+    let [coarse, fine] = [20, 43].map(|power| 2_f64.powi(power));
+    for row in FIXED {
+        let Ok((q, evaluations)) = driven(row, coarse) else { continue };
+        let (other, spent) = driven(row, fine).expect("it applies");
+        assert!((q - other).abs() < 1e-9, "{}: {q} {other}", row.name);
+        let least = evaluations - evaluations / 10;
+        assert!(spent >= least, "{}: {evaluations} and {spent} evaluations", row.name);
+    }
+}
+
+/// The energy supplied is the momentum of a motor, and may be far larger than p.
+#[test]
+fn locally_exact_steps_are_solved_where_energies_are_far_larger_than_momenta() {
+    let row = find("locally-exact").expect("a method");
+    let [(q, _), (other, _)] =
+        [-30, -43].map(|power| driven(row, 2_f64.powi(power)).expect("it applies"));
+    assert!((q - other).abs() < 1e-9, "{q} {other}");
 }
