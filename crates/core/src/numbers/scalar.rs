@@ -227,8 +227,14 @@ pub trait Scalar:
 /// The index of the first entry that is not finite, and its value in the first lane that is not.
 #[cold]
 pub(crate) fn first_not_finite<T: Scalar>(part: &[T]) -> Option<(usize, f64)> {
-    let value = |x: &T| (0..T::LANES).map(|lane| x.lane(lane)).find(|x| !x.is_finite());
-    part.iter().enumerate().find_map(|(i, x)| Some((i, value(x)?)))
+    let at = part.iter().position(|x| !x.is_finite().all())?;
+    Some((at, value_not_finite(part[at])))
+}
+
+/// The value in the first lane that is not finite; NaN if all are.
+#[cold]
+pub(crate) fn value_not_finite<T: Scalar>(x: T) -> f64 {
+    (0..T::LANES).map(|lane| x.lane(lane)).find(|x| !x.is_finite()).unwrap_or(f64::NAN)
 }
 
 impl Scalar for f64 {
