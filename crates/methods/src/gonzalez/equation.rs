@@ -16,7 +16,7 @@ pub struct Workspace<V: Vector> {
     /// The number of degrees of freedom before the motors of a drive, which λ leaves alone: their
     /// velocity is 1.
     pub(super) free: usize,
-    has_motors: bool,
+    pub(super) has_motors: bool,
     /// Whether λ is part of the equation. Without it the equation is that of the midpoint rule.
     pub(super) has_lambda: bool,
     /// Δz

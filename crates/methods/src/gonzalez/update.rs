@@ -35,9 +35,15 @@ impl<V: Vector> Workspace<V> {
         state: &State<V>,
         lambda: &Lambda<V::Scalar>,
     ) -> Update {
-        let ([a, b], free) = (&self.missing, self.free);
-        let [q, time] = add(a, &state.q, free, [&mut self.dq, &mut self.q_mean, &mut self.q]);
-        let [p, supplied] = add(b, &state.p, free, [&mut self.dp, &mut self.p_mean, &mut self.p]);
+        let [a, b] = &self.missing;
+        let mut q = add(a, &state.q, [&mut self.dq, &mut self.q_mean, &mut self.q]);
+        let mut p = add(b, &state.p, [&mut self.dp, &mut self.p_mean, &mut self.p]);
+        let finite = (q.correction + p.correction).is_finite();
+        let mut supplied = 0.0;
+        if self.has_motors {
+            [q, p] = self.largest_of_free(state);
+            supplied = self.correction_of_supply(state);
+        }
         // The rounding of λ enters q through h λ Δp and p through h λ (Δq + R Δp), and cannot be
         // resolved either.
         let rough = h.to_f64().abs() * lambda.rough;
@@ -46,15 +52,30 @@ impl<V: Vector> Workspace<V> {
         let gain = self.gain;
         let beside =
             |q_scale, p_scale| share(q.correction, q_scale).max(share(p.correction, p_scale));
-        // The momenta of motors are energies. Their coordinates are the time, which is exact.
-        let energies = supplied.z + self.start.abs().to_f64();
-        let size = beside(q_scale, p_scale).max(share(supplied.correction, energies));
-        let corrections = [q, time, p, supplied].map(|part| part.correction);
-        let finite = corrections.into_iter().sum::<f64>().is_finite();
+        let size = beside(q_scale, p_scale).max(supplied);
         let p_terms = h.to_f64().abs().mul_add(self.force_rounding, p_scale);
         let noise_share = beside(gain.mul_add(p_terms, q_scale), gain.mul_add(q_scale, p_terms));
         let size = if finite { size } else { f64::NAN };
         Update { size, noise_share }
+    }
+
+    /// The largest entries of q and p without motors, whose coordinates are the time.
+    #[cold]
+    fn largest_of_free(&self, state: &State<V>) -> [Largest; 2] {
+        let ([a, b], own) = (&self.missing, ..self.free);
+        let largest = |correction: &[f64], start: &V, increment: &V| {
+            largest(&correction[own], &start.as_slice()[own], &increment.as_slice()[own])
+        };
+        [largest(a, &state.q, &self.dq), largest(b, &state.p, &self.dp)]
+    }
+
+    /// The correction of the energies supplied, which are the momenta of motors, relative to the
+    /// energies.
+    #[cold]
+    fn correction_of_supply(&self, state: &State<V>) -> f64 {
+        let (correction, start) = (&self.missing[1][self.free..], &state.p.as_slice()[self.free..]);
+        let supplied = largest(correction, start, &self.dp.as_slice()[self.free..]);
+        share(supplied.correction, supplied.z + self.start.abs().to_f64())
     }
 
     /// Computes w1, and returns whether K is near its old value. It is not if corrections were
@@ -185,13 +206,7 @@ impl<V: Vector> Workspace<V> {
 }
 
 /// Adds `correction` to the increment, then computes start + increment/2 and start + increment.
-/// Returns the largest entries of the first `free` degrees of freedom and of the motors.
-fn add<V: Vector>(
-    correction: &[f64],
-    start: &V,
-    free: usize,
-    [increment, mean, end]: [&mut V; 3],
-) -> [Largest; 2] {
+fn add<V: Vector>(correction: &[f64], start: &V, [increment, mean, end]: [&mut V; 3]) -> Largest {
     let n = correction.len();
     let (start, increment) = (&start.as_slice()[..n], &mut increment.as_mut_slice()[..n]);
     let (mean, end) = (&mut mean.as_mut_slice()[..n], &mut end.as_mut_slice()[..n]);
@@ -200,8 +215,7 @@ fn add<V: Vector>(
         mean[j] = start[j] + increment[j].half();
         end[j] = start[j] + increment[j];
     }
-    [0..free, free..n]
-        .map(|part| largest(&correction[part.clone()], &start[part.clone()], &increment[part]))
+    largest(correction, start, increment)
 }
 
 /// The largest entries; full chunks of eight in lanes. The correction is NaN if an entry is not
