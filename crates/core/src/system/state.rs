@@ -59,6 +59,7 @@ impl<V: Vector> State<V> {
             if part.len() != dof {
                 return Err(InputError::Length { quantity, expected: dof, found: part.len() });
             }
+            // Not by `first_not_finite`, which the compiler puts into the time loop.
             if let Some(dof) = part.iter().position(|x| !x.is_finite().all()) {
                 let value = value_not_finite(part[dof]);
                 return Err(InputError::NotFinite { quantity, dof, value });
