@@ -231,7 +231,7 @@ pub(crate) fn first_not_finite<T: Scalar>(part: &[T]) -> Option<(usize, f64)> {
     Some((at, value_not_finite(part[at])))
 }
 
-/// The value in the first lane that is not finite; NaN if all are.
+/// The value in the first lane that is not finite, or NaN if all lanes are finite.
 #[cold]
 pub(crate) fn value_not_finite<T: Scalar>(x: T) -> f64 {
     (0..T::LANES).map(|lane| x.lane(lane)).find(|x| !x.is_finite()).unwrap_or(f64::NAN)

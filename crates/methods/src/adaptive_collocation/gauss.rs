@@ -9,7 +9,8 @@ use std::array::from_fn;
 /// A matrix that maps values at the nodes to values at the nodes, column by column.
 pub(super) type Columns<T, const K: usize> = [[T; K]; K];
 
-/// The tables for K nodes τ_i, with ℓ_j the Lagrange polynomial of τ_j.
+/// The tables for K nodes τ_i, with ℓ_j the Lagrange polynomial of τ_j. They are aligned for the
+/// reason given at [`super::stages::Stages`].
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Gauss<T, const K: usize> {

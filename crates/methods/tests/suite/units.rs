@@ -91,8 +91,9 @@ fn driven(row: &Row, unit: f64) -> Result<(f64, u64), InputError> {
     Ok((state.q[0], done.effort.evaluations))
 }
 
-/// The time is a coordinate of a driven system, and may be far larger than q. Where p is far
-/// smaller than q, also in Euclidean norms, the motion is the same in all units of time.
+/// The time is a coordinate of a driven system, and may be far larger than q. Some methods use the
+/// Euclidean norm of (q, p) and depend on units. In both units here p is far smaller than q, and
+/// does not count in that norm.
 #[test]
 fn a_driven_step_is_solved_to_rounding_in_all_units_of_time() {
     let [coarse, fine] = [20, 43].map(|power| 2_f64.powi(power));
