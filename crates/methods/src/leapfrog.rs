@@ -13,6 +13,7 @@
 mod together;
 
 use crate::commit::not_finite_by_value;
+use crate::kernels::reductions::are_equal;
 use crate::kick::kick;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::{
@@ -25,11 +26,9 @@ use afterbay_core::{
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leapfrog;
 
-/// The new state, and the forces at the end of the last step, which the next step reuses.
+/// The new state, and the forces at its q, which the next step reuses.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
-    /// The q at which `force` and `rate` were evaluated; NaN before the first step.
-    at: V,
     /// ∂V/∂q
     force: V,
     /// The friction coefficient γ_j, where D_j = γ_j p_j.
@@ -41,6 +40,8 @@ pub struct Workspace<V> {
     velocity: V,
     p_half: V,
     drag: V,
+    /// The q of the new state, at which `force` and `rate` are evaluated; NaN before the first step
+    /// and after one that failed.
     q: V,
     p: V,
     w: V,
@@ -77,14 +78,13 @@ where
             return Err(InputError::Unsupported { method: "leapfrog", why });
         }
         let zeros = || V::zeros(system.dof());
-        let [mut at, mut ones, mut inverse_mass] = [(); 3].map(|()| zeros());
-        at.as_mut_slice().fill(V::Scalar::from_f64(f64::NAN));
+        let [mut q, mut ones, mut inverse_mass] = [(); 3].map(|()| zeros());
+        q.as_mut_slice().fill(V::Scalar::from_f64(f64::NAN));
         ones.as_mut_slice().fill(V::Scalar::one());
         for (j, inverse) in inverse_mass.as_mut_slice().iter_mut().enumerate() {
             *inverse = system.mass(j).recip();
         }
         Ok(Workspace {
-            at,
             force: zeros(),
             rate: zeros(),
             ones,
@@ -92,7 +92,7 @@ where
             velocity: zeros(),
             p_half: zeros(),
             drag: zeros(),
-            q: zeros(),
+            q,
             p: zeros(),
             w: zeros(),
             pushes: [zeros(), zeros()],
@@ -158,21 +158,22 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
     /// the step.
     #[inline(always)]
     fn find_forces(&mut self) -> u64 {
-        let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
-        if !Self::SINGLE && self.workspace.at.as_slice() == q {
+        if Self::SINGLE {
+            return 2;
+        }
+        let (q0, p0) = (self.state.q.as_slice(), self.state.p.as_slice());
+        if are_equal(self.workspace.q.as_slice(), q0) {
             return 1;
         }
-        if !Self::SINGLE {
-            let together = self.is_together();
-            let Self { workspace: Workspace { at, force, rate, velocity, .. }, system, .. } = self;
-            at.as_mut_slice().copy_from_slice(q);
-            system.gradient(q, p, force.as_mut_slice(), velocity.as_mut_slice());
-            if together {
-                self.find_rates();
-            } else {
-                let rates = rate.as_mut_slice().iter_mut().enumerate();
-                rates.for_each(|(j, rate)| *rate = system.dissipation_of(q, p, j).by_p);
-            }
+        let together = self.is_together();
+        let Self { workspace: Workspace { force, rate, velocity, q, .. }, system, .. } = self;
+        q.as_mut_slice().copy_from_slice(q0);
+        system.gradient(q0, p0, force.as_mut_slice(), velocity.as_mut_slice());
+        if together {
+            self.find_rates();
+        } else {
+            let rates = rate.as_mut_slice().iter_mut().enumerate();
+            rates.for_each(|(j, rate)| *rate = system.dissipation_of(q0, p0, j).by_p);
         }
         2
     }
@@ -211,7 +212,13 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
                 drag[j] = by_p * p_half[j];
                 q1[j] = (step * keep).mul_add(kicked, q0[j]);
             } else {
-                let half = kick(*system, q0, p_half, j, kicked, half_h)?;
+                let half = match kick(*system, q0, p_half, j, kicked, half_h) {
+                    Ok(half) => half,
+                    Err(failure) => {
+                        q1.fill(V::Scalar::from_f64(f64::NAN));
+                        return Err(failure);
+                    }
+                };
                 drag[j] = push.map_or(half.drag, |push| half.drag - push.force);
                 q1[j] = step.mul_add(half.p, q0[j]);
                 iterations += half.iterations;
@@ -229,8 +236,7 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
     fn kick(&mut self) -> bool {
         let (n, first_motor, half_h) = (self.state.dof(), self.free(), self.h.half());
         if !Self::SINGLE {
-            let Self { workspace: Workspace { at, force, velocity, q, p_half, .. }, .. } = self;
-            at.as_mut_slice().copy_from_slice(q.as_slice());
+            let Self { workspace: Workspace { force, velocity, q, p_half, .. }, .. } = self;
             let (force, velocity) = (force.as_mut_slice(), velocity.as_mut_slice());
             self.system.gradient(q.as_slice(), p_half.as_slice(), force, velocity);
         }

@@ -9,6 +9,7 @@ use afterbay_core::{Scalar, System, Vector};
 
 /// The state at a panel of nodes.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(super) struct Nodes<V> {
     q: [V; NODES],
     p: [V; NODES],
@@ -16,6 +17,7 @@ pub(super) struct Nodes<V> {
 
 /// The system at a panel of nodes.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(super) struct Slopes<V> {
     pub(super) hq: [V; NODES],
     pub(super) hp: [V; NODES],

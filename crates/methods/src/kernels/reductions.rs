@@ -147,6 +147,16 @@ pub(crate) fn largest_difference<T: Scalar>(x: &[T], y: &[T]) -> T {
     each.iter().fold(most, larger)
 }
 
+/// Whether x equals y, with one branch for eight entries.
+#[inline]
+pub(crate) fn are_equal<T: Scalar>(x: &[T], y: &[T]) -> bool {
+    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<8>(), y.as_chunks::<8>());
+    let mut chunks = x.iter().zip(y);
+    x.len() == y.len()
+        && x_rest == y_rest
+        && chunks.all(|(x, y)| (0..8).fold(true, |equal, k| equal & (x[k] == y[k])))
+}
+
 /// Whether all numbers are finite. A sum of x·0 stays 0 if all x are finite and is NaN otherwise.
 #[inline]
 pub(crate) fn all_finite<T: Scalar>(numbers: &[T]) -> bool {
@@ -242,6 +252,20 @@ mod tests {
             assert_eq!(largest_entry(bad.into_iter()).1, at, "{bad:?}");
         }
         assert_eq!(largest_entry([f64::NAN, f64::NAN, 1.0].into_iter()).1, 0);
+    }
+
+    #[test]
+    fn one_number_that_differs_is_found_wherever_it_is() {
+        for count in [0, 1, 7, 8, 9, 16, 40] {
+            let x = numbers(count, 1.0);
+            assert!(are_equal(&x, &x));
+            assert!(!are_equal(&x, &numbers(count + 1, 1.0)));
+            for (at, wrong) in (0..count).zip([f64::NAN, 17.0].into_iter().cycle()) {
+                let mut y = x.clone();
+                y[at] = wrong;
+                assert!(!are_equal(&x, &y));
+            }
+        }
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! A bound method may reuse its workspace; this must not change any result.
 
 use crate::catalog::{As, Built, chain, duffing, oscillator, ring};
-use afterbay_core::{Grid, State};
+use afterbay_core::{Formulas, FromFormulas, Grid, Method, Scalar, State};
+use afterbay_methods::Leapfrog;
 use afterbay_methods::registry::{FIXED, Run};
 use std::ops::ControlFlow;
 
@@ -47,4 +48,36 @@ fn of_one_degree_of_freedom() {
 fn of_many() {
     knows_nothing_of_others(&chain(3, 0.5, 0.1), As::Separable);
     knows_nothing_of_others(&ring(9, 0.5, 0.1), As::Uniform);
+}
+
+/// V = q1 q2, D_1 = 0 and D_2 = -100 v2²: p½ of the second does not exist where it is fast.
+struct Burning;
+
+impl Formulas for Burning {
+    fn dof(&self) -> usize {
+        2
+    }
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        q[0] * q[1]
+    }
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+        if j == 1 { T::from_f64(-100.0) * v[1] * v[1] } else { T::zero() }
+    }
+}
+
+#[test]
+fn leapfrog_after_a_step_that_failed_with_the_second_momentum() {
+    let (system, h) = (FromFormulas(Burning), 0.125);
+    let fresh = || Method::<[f64; 2], _>::workspace(&Leapfrog, &system).unwrap();
+    let mut used = fresh();
+    let mut fast = State::new([0.5, 0.25], [1.0, 4.0]).unwrap();
+    Leapfrog.step(&system, h, &mut fast, &mut used).unwrap_err();
+
+    // The step that failed had moved q1 there before.
+    let moved = 0.5 + h * (1.0 - h / 2.0 * 0.25);
+    let start = State::new([moved, 0.25], [1.0, 0.0]).unwrap();
+    let mut ends = [start.clone(), start];
+    Leapfrog.step(&system, h, &mut ends[0], &mut fresh()).unwrap();
+    Leapfrog.step(&system, h, &mut ends[1], &mut used).unwrap();
+    assert_eq!(ends[0], ends[1]);
 }
