@@ -18,16 +18,16 @@ pub(crate) fn commit<V: Vector>(
 }
 
 /// Stores q, p and w, which are finite, in `state`, w only for a system with dissipation.
-#[inline]
+#[inline(always)]
 pub(crate) fn store<V: Vector>(
     state: &mut State<V>,
     [q, p, w]: [&[V::Scalar]; 3],
     dissipative: bool,
 ) {
-    state.q.as_mut_slice().copy_from_slice(q);
-    state.p.as_mut_slice().copy_from_slice(p);
+    state.q.copy_from(q);
+    state.p.copy_from(p);
     if dissipative {
-        state.w.as_mut_slice().copy_from_slice(w);
+        state.w.copy_from(w);
     }
 }
 

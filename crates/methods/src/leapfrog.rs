@@ -12,7 +12,7 @@
 
 mod together;
 
-use crate::commit::not_finite_by_value;
+use crate::commit::{not_finite_by_value, store};
 use crate::kernels::reductions::are_equal;
 use crate::kick::kick;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
@@ -122,13 +122,9 @@ where
         step.supply();
         let Workspace { q, p, w, .. } = workspace;
         if !finite {
-            return Err(failure(system, h, &state.clone(), [q, p, w].map(|end| end.clone())));
+            return Err(failure(system, h, &state.clone(), [q.copied(), p.copied(), w.copied()]));
         }
-        state.q.as_mut_slice().copy_from_slice(q.as_slice());
-        state.p.as_mut_slice().copy_from_slice(p.as_slice());
-        if !damping.zero {
-            state.w.as_mut_slice().copy_from_slice(w.as_slice());
-        }
+        store(state, [q, p, w].map(|end| end.as_slice()), !damping.zero);
         Ok(Effort { evaluations, iterations })
     }
 }

@@ -13,7 +13,7 @@
 //! No equation is **solved**. A step **fails** and leaves the state unchanged where a number is not
 //! finite ([`StepFailure::NonFinite`]).
 
-use crate::commit::not_finite_by_value;
+use crate::commit::{not_finite_by_value, store};
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use afterbay_core::{
     Abilities, Effort, InputError, Mask, Method, Scalar, State, StepFailure, System, Vector,
@@ -170,10 +170,6 @@ where
     if !finite.all() {
         return Err(not_finite_by_value([q, p, dw].map(|part| V::filled(part, |x| x))));
     }
-    q0.copy_from_slice(q);
-    p0.copy_from_slice(p);
-    if DISSIPATIVE {
-        w0.copy_from_slice(dw);
-    }
+    store(state, [q, p, dw], DISSIPATIVE);
     Ok(Effort { evaluations: 4, iterations: 0 })
 }

@@ -27,6 +27,33 @@ pub trait Vector: Clone + Send + Sync {
         vector
     }
 
+    /// Copies the first numbers of `from`, as many as this holds, one by one.
+    ///
+    /// A copy of memory, such as that of `copy_from_slice`, is compiled as a copy of integers. In a
+    /// time loop the numbers were then kept as integers and converted in every step: leapfrog with
+    /// one degree of freedom took 1.3 times as long.
+    ///
+    /// # Panics
+    /// If `from` holds fewer numbers.
+    #[expect(clippy::manual_memcpy, reason = "a copy of memory is one of integers")]
+    #[inline(always)]
+    fn copy_from(&mut self, from: &[Self::Scalar]) {
+        let to = self.as_mut_slice();
+        let n = Self::LEN.unwrap_or(to.len());
+        let (to, from) = (&mut to[..n], &from[..n]);
+        for j in 0..n {
+            to[j] = from[j];
+        }
+    }
+
+    /// A copy, made by [`Vector::copy_from`].
+    #[inline(always)]
+    fn copied(&self) -> Self {
+        let mut copy = Self::zeros(self.as_slice().len());
+        copy.copy_from(self.as_slice());
+        copy
+    }
+
     /// The numbers.
     fn as_slice(&self) -> &[Self::Scalar];
 

@@ -19,9 +19,6 @@ use std::ops::ControlFlow;
 /// the method does not apply; nothing was computed then. [`IntegrateError::Run`] if a step fails;
 /// `state` is then that of the last successful step, or, if w overflows, one of up to
 /// [`STEPS_OF_BLOCK`] steps before.
-// A function of its own wherever it is called: inlined, the time loop was compiled anew for every
-// caller, and leapfrog with one degree of freedom took up to 1.3 times as long in some of them.
-#[inline(never)]
 pub fn integrate<V, S, M, O>(
     method: &M,
     system: &S,
