@@ -24,10 +24,10 @@ pub(crate) fn store<V: Vector>(
     [q, p, w]: [&[V::Scalar]; 3],
     dissipative: bool,
 ) {
-    state.q.copy_from(q);
-    state.p.copy_from(p);
+    state.q.assign(q);
+    state.p.assign(p);
     if dissipative {
-        state.w.copy_from(w);
+        state.w.assign(w);
     }
 }
 

@@ -26,7 +26,7 @@ use afterbay_core::{
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leapfrog;
 
-/// The new state, and the forces at its q, which the next step reuses.
+/// The new state, and the forces there, which the next step reuses where it begins there.
 #[derive(Clone, Debug)]
 pub struct Workspace<V> {
     /// ∂V/∂q
@@ -40,8 +40,9 @@ pub struct Workspace<V> {
     velocity: V,
     p_half: V,
     drag: V,
-    /// The q of the new state, at which `force` and `rate` are evaluated; NaN before the first step
-    /// and after one that failed.
+    /// The q of the new state. Between steps it is the q of `force` and `rate`, except for a single
+    /// degree of freedom, which stores neither. It is NaN before the first step and after a step
+    /// without a p½.
     q: V,
     p: V,
     w: V,
@@ -163,7 +164,7 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
         }
         let together = self.is_together();
         let Self { workspace: Workspace { force, rate, velocity, q, .. }, system, .. } = self;
-        q.as_mut_slice().copy_from_slice(q0);
+        q.assign(q0);
         system.gradient(q0, p0, force.as_mut_slice(), velocity.as_mut_slice());
         if together {
             self.find_rates();
@@ -208,13 +209,9 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
                 drag[j] = by_p * p_half[j];
                 q1[j] = (step * keep).mul_add(kicked, q0[j]);
             } else {
-                let half = match kick(*system, q0, p_half, j, kicked, half_h) {
-                    Ok(half) => half,
-                    Err(failure) => {
-                        q1.fill(V::Scalar::from_f64(f64::NAN));
-                        return Err(failure);
-                    }
-                };
+                // Some entries of q1 have moved already, and the forces are those at q0.
+                let half = kick(*system, q0, p_half, j, kicked, half_h)
+                    .inspect_err(|_| q1.fill(V::Scalar::from_f64(f64::NAN)))?;
                 drag[j] = push.map_or(half.drag, |push| half.drag - push.force);
                 q1[j] = step.mul_add(half.p, q0[j]);
                 iterations += half.iterations;

@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 const MOST_EVENTS: u64 = 1000;
 /// The largest value of a function at its zero, in roundings of its values at the ends of the step.
 /// A choice.
-const NOISE_ROUNDINGS: f64 = 64.0;
+const EVENT_ROUNDINGS: f64 = 64.0;
 
 /// The direction in which a function crosses zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -11,7 +11,7 @@
 use crate::numbers::{Mask, Scalar};
 
 /// The largest update that counts as noise, in roundings of the terms of the equation. A choice.
-pub(super) const NOISE_ROUNDINGS: f64 = 64.0;
+pub(super) const UPDATE_ROUNDINGS: f64 = 64.0;
 
 /// The updates of an iteration so far, lane by lane; usually relative to the size of the solution.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Fixed-point iteration, as in the paper.
 
-use super::convergence::{NOISE_ROUNDINGS, Updates};
+use super::convergence::{UPDATE_ROUNDINGS, Updates};
 use super::newton::{MeasuredRounding, Point, measure_rounding};
 use super::{Equation, Root, Solver};
 use crate::error::StepFailure;
@@ -62,7 +62,7 @@ impl Solver for FixedPoint {
             {
                 // Updates of a contraction stop shrinking at the noise of F, unless they never came
                 // close.
-                let small = T::from_f64(NOISE_ROUNDINGS * T::EPSILON)
+                let small = T::from_f64(UPDATE_ROUNDINGS * T::EPSILON)
                     * (start.abs() + x.abs() + f.value_rounding);
                 let smallest = updates.smallest();
                 let small = small + Self::rounding(start, edge, smallest.le(small), &mut equation);

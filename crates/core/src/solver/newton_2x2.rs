@@ -1,7 +1,7 @@
 //! Newton's method for two equations, to rounding, with continuation.
 
 use super::continuation::{Limits, follow};
-use super::convergence::{NOISE_ROUNDINGS, Updates};
+use super::convergence::{UPDATE_ROUNDINGS, Updates};
 use crate::error::StepFailure;
 use crate::numbers::{Mask, Scalar};
 use crate::quantity::Quantity;
@@ -101,7 +101,7 @@ fn iterate<T: Scalar>(
                 (c.abs() * noise[0] + (one + a).abs() * noise[1]) * inverse,
             ];
             let small = share([scale[0] + spread[0], scale[1] + spread[1]])
-                .le(T::from_f64(NOISE_ROUNDINGS * T::EPSILON));
+                .le(T::from_f64(UPDATE_ROUNDINGS * T::EPSILON));
             grown = T::select(small.and(grows), grown + one, grown);
         }
         if updates.next_is_at_most(T::from_f64(T::EPSILON)).or(one.lt(grown)).all() {

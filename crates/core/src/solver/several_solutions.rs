@@ -1,7 +1,7 @@
 //! Search for several solutions of an equation.
 
 use super::Equation;
-use super::convergence::NOISE_ROUNDINGS;
+use super::convergence::UPDATE_ROUNDINGS;
 use crate::numbers::Scalar;
 
 /// The search covers distances from x of its size times 2ᵏ, |k| up to this. A choice.
@@ -28,7 +28,7 @@ pub(super) fn has_several_solutions<T: Scalar>(
             + f.value.abs()
             + f.argument_rounding.abs()
             + f.value_rounding.abs();
-        let noise = NOISE_ROUNDINGS * T::EPSILON * size.to_f64();
+        let noise = UPDATE_ROUNDINGS * T::EPSILON * size.to_f64();
         value.is_finite().then_some(if value.abs() <= noise { 0.0 } else { value })
     };
     let size = (x.abs() + start.abs()).to_f64();

@@ -26,7 +26,7 @@ pub struct State<V: Vector> {
 }
 
 impl<V: Vector> Clone for State<V> {
-    /// A copy number by number, for the reason given in [`Vector::copy_from`].
+    /// A copy by [`Vector::copied`].
     #[inline(always)]
     fn clone(&self) -> Self {
         Self { q: self.q.copied(), p: self.p.copied(), w: self.w.copied(), t: self.t }
@@ -104,7 +104,7 @@ impl<V: Vector> State<V> {
     pub(crate) fn copy(&mut self, other: &Self) {
         let parts = [(&mut self.q, &other.q), (&mut self.p, &other.p), (&mut self.w, &other.w)];
         for (part, other) in parts {
-            part.copy_from(other.as_slice());
+            part.assign(other.as_slice());
         }
         self.t = other.t;
     }

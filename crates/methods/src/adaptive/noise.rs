@@ -9,7 +9,7 @@ use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 /// allowed error; between 0 and 1. A choice.
 pub(crate) const ROUNDING_SUSPECTED_BELOW: f64 = 0.01;
 /// The largest defect that may be rounding, in roundings of H. A choice.
-const NOISE_ROUNDINGS: f64 = 16.0;
+const ENERGY_DEFECT_ROUNDINGS: f64 = 16.0;
 
 /// Whether H at the end (q, p) of a step differs from its target by no more than the rounding of
 /// (q, p) causes, and a shorter step does not reduce the difference. Near an equilibrium away from
@@ -35,6 +35,6 @@ where
     let terms = start.abs().to_f64() + end.abs().to_f64() + second_order(system, q, p);
     let found = (end - target).abs().to_f64();
     let before = std::mem::replace(last_defect, found);
-    let within = |terms: f64| found <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms);
+    let within = |terms: f64| found <= ENERGY_DEFECT_ROUNDINGS * rounding::<V::Scalar>(terms);
     Ok((found > 0.5 * before && within(terms)) || within(measured_rounding(system, q, p)?))
 }

@@ -8,7 +8,7 @@
 
 use super::gauss::{Columns, Gauss};
 use super::slopes::Slopes;
-use super::stages::{NOISE_ROUNDINGS, Stages, weighted};
+use super::stages::{SWEEP_ROUNDINGS, Stages, weighted};
 use super::stiffness::Stiffness;
 use crate::adaptive::{Budget, End, Kinks, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates};
 use crate::collocation;
@@ -244,7 +244,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         share: f64,
     ) -> Result<u32, StepFailure> {
         // Changes up to this size may be rounding.
-        let noise = NOISE_ROUNDINGS * V::Scalar::EPSILON;
+        let noise = SWEEP_ROUNDINGS * V::Scalar::EPSILON;
         let noise = noise / self.budget.relative().max(noise);
         let inverse = scales.map(f64::recip);
         let phase = h.to_f64() * self.fastest;

@@ -27,7 +27,7 @@ use std::ops::Range;
 
 /// A defect that this many roundings of the slope, of q and of p may cause counts as noise. A
 /// choice.
-const NOISE_ROUNDINGS: f64 = 16.0;
+const SLOPE_DEFECT_ROUNDINGS: f64 = 16.0;
 
 /// The defect of a slope in all degrees of freedom.
 #[derive(Clone, Copy, Default)]
@@ -101,7 +101,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
     pub(super) fn defects(&self) -> [Defect; 3] {
         let Self { gauss, trial, start, end, last, unit_mass, free, .. } = self;
         let (n, free) = (V::LEN.unwrap_or(end.q.as_slice().len()), *free);
-        let rounding = NOISE_ROUNDINGS * V::Scalar::EPSILON;
+        let rounding = SLOPE_DEFECT_ROUNDINGS * V::Scalar::EPSILON;
         let noise = [
             rounding.mul_add(largest_of_first(&end.q, free), self.moved[0]),
             rounding.mul_add(largest_of_first(&end.p, free), self.moved[1]),

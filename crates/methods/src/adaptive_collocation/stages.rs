@@ -17,7 +17,7 @@ use std::array::from_fn;
 use std::ops::Range;
 
 /// The change in a sweep that is rounding, in roundings of the entries. A choice.
-pub(super) const NOISE_ROUNDINGS: f64 = 4.0;
+pub(super) const SWEEP_ROUNDINGS: f64 = 4.0;
 
 /// The number of degrees of freedom computed side by side. With fewer, the nodes are computed side
 /// by side.
@@ -201,7 +201,7 @@ impl<V: Vector, const K: usize> Stages<V, K> {
         });
         let gain = h.to_f64().abs() * max_norm(self.loss[last].as_slice());
         let sizes = [q[0], p[0], max_norm(state.w.as_slice()).max(gain).max(p[1])];
-        let largest = NOISE_ROUNDINGS * V::Scalar::EPSILON;
+        let largest = SWEEP_ROUNDINGS * V::Scalar::EPSILON;
         moved.iter().zip(sizes).all(|(&moved, size)| moved <= largest * size)
     }
 

@@ -9,7 +9,7 @@ use super::equations::{Equations, Response};
 use super::krylov::Krylov;
 use super::nodes::{Nodes, Slopes, Start, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
-use super::rule::{Modes, NODES, Panel, extrapolate, extrapolation, none, rules, value};
+use super::rule::{Modes, NODES, Panel, extrapolate, extrapolation, rules, value};
 use crate::commit::store;
 use crate::gradient_check::check_gradient;
 use crate::kernels::reductions::{largest_if_finite, max_norm};
@@ -99,7 +99,7 @@ impl<V: Vector> Workspace<V> {
     ) -> Self {
         let n = system.dof();
         let zeros = || V::zeros(n);
-        let modes = || vec![none(); n];
+        let modes = || vec![Modes::zero(); n];
         let rules = rules(stages, nodes);
         let panels = rules.last().map_or(0, Vec::len);
         Self {
@@ -250,8 +250,8 @@ impl<V: Vector> Workspace<V> {
     /// Sets z(τ) = z0.
     #[inline]
     pub(super) fn rest(&mut self, n: usize) {
-        self.q_modes[..n].fill(none());
-        self.p_modes[..n].fill(none());
+        self.q_modes[..n].fill(Modes::zero());
+        self.p_modes[..n].fill(Modes::zero());
     }
 
     /// Iterates to rounding: by sweeps if they contract fast, else by Newton's method.

@@ -2,12 +2,12 @@
 //!
 //! The functions are not inlined into a step, for the reason given in `points`.
 
-use super::rule::{Modes, NODES, Panel, none};
+use super::rule::{Modes, NODES, Panel};
 use crate::kernels::reductions::max_norm;
 use crate::points::{dissipation, gradient};
 use afterbay_core::{Scalar, System, Vector};
 
-/// The state at a panel of nodes.
+/// The state at a panel of nodes. Aligned for the reason given at [`Modes`].
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Nodes<V> {
@@ -15,7 +15,7 @@ pub(super) struct Nodes<V> {
     p: [V; NODES],
 }
 
-/// The system at a panel of nodes.
+/// The system at a panel of nodes. Aligned for the reason given at [`Modes`].
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Slopes<V> {
@@ -131,7 +131,7 @@ pub(super) fn velocities<V, S>(
     V: Vector,
     S: System<V::Scalar> + ?Sized,
 {
-    to.fill(none());
+    to.fill(Modes::zero());
     for (panel, nodes) in panels.iter().zip(nodes) {
         place(panel, start, modes, &mut nodes.p);
         gradient(system, &nodes.q, &nodes.p, &mut slopes.hq, &mut slopes.hp);
@@ -156,7 +156,7 @@ pub(super) fn forces<V, S>(
 {
     let dissipative = !system.dissipation_form().zero;
     let Slopes { hq, hp, v, d } = slopes;
-    to.fill(none());
+    to.fill(Modes::zero());
     for (panel, nodes) in panels.iter().zip(nodes) {
         place(panel, start, modes, &mut nodes.q);
         gradient(system, &nodes.q, &nodes.p, hq, hp);

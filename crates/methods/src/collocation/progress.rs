@@ -9,13 +9,13 @@ use afterbay_core::solver::Updates;
 /// The largest number of iterations.
 pub(super) const MOST_ITERATIONS: u32 = 100;
 /// An iteration has converged after this number of changes without a new smallest one, if the last
-/// is at most [`NOISE_ROUNDINGS`].
+/// is at most [`CHANGE_ROUNDINGS`].
 const STALLED_IN_NOISE: u32 = 3;
 /// An iteration has converged after this number of changes without a new smallest one, if the last
 /// is at most [`DIVERGENT_ROUNDINGS`]: slowly converging changes may pause temporarily.
 const STALLED_ABOVE_NOISE: u32 = 10;
 /// The largest change, in roundings, that may be due to the rounding of z.
-const NOISE_ROUNDINGS: f64 = 8.0;
+const CHANGE_ROUNDINGS: f64 = 8.0;
 /// The number of roundings above which changes that no longer shrink diverge.
 const DIVERGENT_ROUNDINGS: f64 = 1024.0;
 /// Changes up to this number of roundings may be noise.
@@ -51,14 +51,14 @@ impl<'a> Progress<'a> {
         let roundings = self.updates.last() / self.epsilon;
         self.updates.last() == 0.0
             || (rate < 0.5 && left * rate <= OMITTED_ROUNDINGS * self.epsilon)
-            || (roundings <= NOISE_ROUNDINGS && self.updates.stalled(STALLED_IN_NOISE))
+            || (roundings <= CHANGE_ROUNDINGS && self.updates.stalled(STALLED_IN_NOISE))
             || (roundings <= DIVERGENT_ROUNDINGS && self.updates.stalled(STALLED_ABOVE_NOISE))
     }
 
     /// Whether the last change may be due to the rounding of z.
     #[inline(always)]
     pub(super) fn is_rounding(&self) -> bool {
-        self.updates.last() <= NOISE_ROUNDINGS * self.epsilon
+        self.updates.last() <= CHANGE_ROUNDINGS * self.epsilon
     }
 
     /// Whether the last `count` changes were above noise level and none was a new smallest one.

@@ -9,7 +9,7 @@ use afterbay_core::{Curvature, Scalar, Vector};
 use std::array::from_fn;
 
 /// The largest change of the coefficients, in roundings, that may be noise.
-const NOISE_ROUNDINGS: f64 = 64.0;
+const COEFFICIENT_ROUNDINGS: f64 = 64.0;
 /// The largest change relative to p at which the rounding of H is measured. As a motion decays, the
 /// first changes that are noise are small; a measurement takes 300 gradients. A choice.
 const LARGEST_FIRST_NOISE: f64 = 1e-3;
@@ -106,7 +106,7 @@ impl<V: Vector> Workspace<V> {
         let [_, moved] = second.rounded([max_norm(q), max_norm(p)]);
         let is_within = |forces: f64| {
             let terms = size + length * (moved + forces);
-            change * size <= NOISE_ROUNDINGS * rounding::<V::Scalar>(terms)
+            change * size <= COEFFICIENT_ROUNDINGS * rounding::<V::Scalar>(terms)
         };
         let energy = start.to_f64();
         if is_within(self.energy_rounding.of_forces(energy, second.of_potential())) {

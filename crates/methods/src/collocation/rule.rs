@@ -21,15 +21,24 @@ pub(crate) const MOST_NODES: usize = NODES << (RULES - 1);
 
 /// The coefficients γ_j of one variable, j = 2m + parity, as [parity][m].
 ///
-/// It is aligned to a cache line, as [`Panel`] and the values at the nodes are. Where memory
-/// happened to place them otherwise, a step with one degree of freedom took up to 1.6 times as
-/// long, from one run of a program to the next.
+/// It begins at a cache line, as do [`Panel`] and the arrays at the nodes. Without this, memory
+/// placed them differently in each run of a program, and a step with one degree of freedom took up
+/// to 1.6 times as long.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Modes<T>([[T; MODES / 2]; 2]);
 
+impl<T: Scalar> Modes<T> {
+    /// γ = 0
+    #[inline(always)]
+    pub(super) fn zero() -> Self {
+        Self([[T::zero(); MODES / 2]; 2])
+    }
+}
+
 impl<T> Modes<T> {
-    fn from_fn(coefficient: impl Fn(usize, usize) -> T) -> Self {
+    /// The coefficients by parity and m.
+    fn of(coefficient: impl Fn(usize, usize) -> T) -> Self {
         Self(from_fn(|parity| from_fn(|m| coefficient(parity, m))))
     }
 }
@@ -50,18 +59,11 @@ impl<T> DerefMut for Modes<T> {
     }
 }
 
-/// γ = 0
-#[inline(always)]
-pub(super) fn none<T: Scalar>() -> Modes<T> {
-    Modes([[T::zero(); MODES / 2]; 2])
-}
-
 /// One number for each pair of a panel.
 type Pairs<T> = [T; PAIRS];
 
 /// The values of the polynomials at a panel of nodes.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
 pub(super) struct Panel<T> {
     /// b_i
     weights: Pairs<T>,
@@ -102,7 +104,7 @@ static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
 /// The panels of the Gauss rule with `NODES · count` nodes.
 fn panels(count: usize) -> Vec<Panel<Quad>> {
     let pairs = gauss(NODES * count);
-    let by_mode = |x: [Quad; MODES]| Modes::from_fn(|parity, m| x[2 * m + parity]);
+    let by_mode = |x: [Quad; MODES]| Modes::of(|parity, m| x[2 * m + parity]);
     let (pairs, _) = pairs.as_chunks::<PAIRS>();
     let panel = |pairs: &[[Quad; 2]; PAIRS]| {
         let values = pairs.map(|[x, _]| by_mode(values(x)));
@@ -114,9 +116,7 @@ fn panels(count: usize) -> Vec<Panel<Quad>> {
             weights: pairs.map(|[_, weight]| weight),
             values: turned(&values),
             integrals: turned(&integrals),
-            projections: from_fn(|i| {
-                Modes::from_fn(|parity, m| pairs[i][1] * values[i][parity][m])
-            }),
+            projections: from_fn(|i| Modes::of(|parity, m| pairs[i][1] * values[i][parity][m])),
         }
     };
     pairs.iter().map(panel).collect()
@@ -137,7 +137,7 @@ pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>
         integrals: columns(&panel.integrals),
         projections: panel
             .projections
-            .map(|modes| Modes::from_fn(|parity, m| known(parity, m, modes[parity][m]))),
+            .map(|modes| Modes::of(|parity, m| known(parity, m, modes[parity][m]))),
     };
     let enough = TABLES.rules.iter().filter(|panels| NODES * panels.len() >= nodes);
     enough.map(|panels| panels.iter().map(panel).collect()).collect()
@@ -146,13 +146,13 @@ pub(super) fn rules<T: Scalar>(stages: usize, nodes: usize) -> Vec<Vec<Panel<T>>
 /// The matrix s of `P_l(1 + τ) = Σ_j s_lj P_j(τ)`, which extrapolates a polynomial to the next
 /// interval. Rows l are stored as [parity][m].
 pub(super) fn extrapolation<T: Scalar>() -> [Modes<T>; MODES] {
-    TABLES.extrapolation.map(|row| Modes::from_fn(|parity, m| narrow(row[parity][m])))
+    TABLES.extrapolation.map(|row| Modes::of(|parity, m| narrow(row[parity][m])))
 }
 
 /// The coefficients of the same polynomial on the next interval.
 #[inline(never)]
 pub(super) fn extrapolate<T: Scalar>(by: &[Modes<T>; MODES], modes: &Modes<T>) -> Modes<T> {
-    let mut ahead = none();
+    let mut ahead = Modes::zero();
     for (l, row) in by.iter().enumerate() {
         let mode = modes[l % 2][l / 2];
         for parity in 0..2 {
@@ -249,7 +249,7 @@ fn extrapolated() -> [Modes<Quad>; MODES] {
     };
     // A polynomial of degree l has no higher coefficients.
     let entry = |l, j| if j > l { Quad::ZERO } else { moment(l, j) };
-    from_fn(|l| Modes::from_fn(|parity, m| entry(l, 2 * m + parity)))
+    from_fn(|l| Modes::of(|parity, m| entry(l, 2 * m + parity)))
 }
 
 fn integrated() -> [[f64; MODES]; MODES] {

@@ -29,7 +29,7 @@ const LARGEST_CORRECTION: f64 = 0.01;
 const CLEAR_ROUNDINGS: f64 = 1e3;
 /// The largest correction, in roundings of the terms of the equation, that is accepted where
 /// corrections no longer shrink.
-const NOISE_ROUNDINGS: f64 = 64.0;
+const STALLED_CORRECTION_ROUNDINGS: f64 = 64.0;
 /// The size of the next correction, in roundings, below which it is omitted. Omitted at every step,
 /// it makes K drift by this amount.
 const OMITTED_ROUNDINGS: f64 = 1.0 / 1024.0;
@@ -165,7 +165,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         let Correction { count, is_fresh, is_last } = correction;
         let next_is_rounding = size <= epsilon
             || (ratio < 0.5 && updates.next_is_at_most(OMITTED_ROUNDINGS * epsilon));
-        let small = self.noise_share <= NOISE_ROUNDINGS * epsilon;
+        let small = self.noise_share <= STALLED_CORRECTION_ROUNDINGS * epsilon;
         let done = next_is_rounding || (small && updates.stalled(STALLED_IN_NOISE));
         // If the Jacobian had to be renewed, convergence must be confirmed by a correction with a
         // Jacobian evaluated at the current iterate.

@@ -147,7 +147,8 @@ pub(crate) fn largest_difference<T: Scalar>(x: &[T], y: &[T]) -> T {
     each.iter().fold(most, larger)
 }
 
-/// Whether x equals y, with one branch for eight entries.
+/// Whether x and y have the same length and equal entries. Eight entries share one branch. NaN
+/// equals nothing.
 #[inline]
 pub(crate) fn are_equal<T: Scalar>(x: &[T], y: &[T]) -> bool {
     let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<8>(), y.as_chunks::<8>());

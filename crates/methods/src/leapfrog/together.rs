@@ -17,7 +17,7 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
         !Self::SINGLE && n >= LEAST_DOF && self.damping.linear && self.free() == n
     }
 
-    /// γ at the q of the forces.
+    /// Computes γ at the q of the workspace.
     #[inline(always)]
     pub(super) fn find_rates(&mut self) {
         let Workspace { rate, ones, inverse_mass, q, .. } = &mut *self.workspace;
@@ -27,16 +27,16 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
         }
     }
 
-    /// p½ and q1.
+    /// Computes p½, D(q0, p½) and q1.
     #[inline(always)]
     pub(super) fn kick_and_drift_together(&mut self) {
         let Workspace { force, rate, inverse_mass, p_half, drag, q, .. } = &mut *self.workspace;
         let start = [&self.state.q, &self.state.p, &*force, &*rate, &*inverse_mass];
         let [p_half, drag, q] = [p_half, drag, q].map(V::as_mut_slice);
-        kick_and_drift(self.h, start.map(V::as_slice), p_half, drag, q);
+        first_kick_and_drift(self.h, start.map(V::as_slice), p_half, drag, q);
     }
 
-    /// p1 and w1. Returns whether the new state is finite.
+    /// Computes p1 and w1. Returns whether the new state is finite.
     #[inline(always)]
     pub(super) fn kick_together(&mut self) -> bool {
         self.find_rates();
@@ -44,17 +44,17 @@ impl<V: Vector, S: Separable<V::Scalar> + ?Sized> Step<'_, V, S> {
             &mut *self.workspace;
         let middle = [&*p_half, &*drag, &self.state.w, &*force, &*rate, &*inverse_mass];
         let [p, w] = [p, w].map(V::as_mut_slice);
-        kick(self.h, middle.map(V::as_slice), p, w);
+        second_kick(self.h, middle.map(V::as_slice), p, w);
         all_finite(q.as_slice()) & all_finite(p) & all_finite(w)
     }
 }
 
 /// p½ = (p0 - h/2 V'(q0)) / (1 + h/2 γ), q1 = q0 + h p½/m, and D(q0, p½) = γ p½
 ///
-/// Each result is an argument of its own: only then is it known to overlap with nothing, which
-/// would otherwise be tested in every step.
+/// The results are separate arguments, so the compiler knows that they do not overlap. As entries
+/// of one array they might, and each step tested this.
 #[inline(always)]
-fn kick_and_drift<T: Scalar>(
+fn first_kick_and_drift<T: Scalar>(
     h: T,
     [q0, p0, force, rate, inverse_mass]: [&[T]; 5],
     p_half: &mut [T],
@@ -73,9 +73,10 @@ fn kick_and_drift<T: Scalar>(
     }
 }
 
-/// p1 = (1 - h/2 γ) p½ - h/2 V'(q1), w1 = w0 + h/2 (D(q0, p½) + γ p½) p½/m, with γ at q1
+/// With γ at q1: p1 = (1 - h/2 γ) p½ - h/2 V'(q1), w1 = w0 + h/2 (`drag` + γ p½) p½/m, where `drag`
+/// is D(q0, p½)
 #[inline(always)]
-fn kick<T: Scalar>(
+fn second_kick<T: Scalar>(
     h: T,
     [p_half, drag, w0, force, rate, inverse_mass]: [&[T]; 6],
     p1: &mut [T],

@@ -17,7 +17,7 @@ const STALLED_ABOVE_NOISE: u32 = 8;
 /// Updates of at most this number of roundings of z end the iteration.
 const CONVERGED_ROUNDINGS: f64 = 1.0;
 /// Updates of at most this number of roundings are noise if they no longer shrink.
-const NOISE_ROUNDINGS: f64 = 256.0;
+const STALLED_UPDATE_ROUNDINGS: f64 = 256.0;
 
 /// A step of size h from `state`, and the state of its iteration.
 struct Step<'a, V: Vector, S: ?Sized> {
@@ -124,7 +124,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Iteration for Step<'_, V, S> {
         let (epsilon, update) = (V::Scalar::EPSILON, updates.last());
         let measured = V::Scalar::from_f64(self.workspace.energy_rounding.largest());
         let roughness = self.roughness(self.start.abs() + measured);
-        let small = update <= NOISE_ROUNDINGS * (epsilon + roughness);
+        let small = update <= STALLED_UPDATE_ROUNDINGS * (epsilon + roughness);
         // For a linear system the first path is the solution.
         let done = self.workspace.linear
             || update <= CONVERGED_ROUNDINGS * epsilon
@@ -216,7 +216,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
         let rounding = &self.workspace.energy_rounding;
         let forces = second * z + rounding.of_forces(self.start.to_f64(), second);
         let terms = z + self.h.to_f64().abs() * forces;
-        Ok(self.moved <= NOISE_ROUNDINGS * V::Scalar::EPSILON * terms)
+        Ok(self.moved <= STALLED_UPDATE_ROUNDINGS * V::Scalar::EPSILON * terms)
     }
 
     /// Measures the rounding of H at the start, and returns the largest so far.
@@ -230,7 +230,7 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
     #[cold]
     fn is_rounding(&mut self, update: f64) -> Result<bool, StepFailure> {
         let energy = V::Scalar::from_f64(self.measure_rounding()?);
-        Ok(update <= NOISE_ROUNDINGS * (V::Scalar::EPSILON + self.roughness(energy)))
+        Ok(update <= STALLED_UPDATE_ROUNDINGS * (V::Scalar::EPSILON + self.roughness(energy)))
     }
 
     /// Follows the path of the current Δz, and w along it if requested.

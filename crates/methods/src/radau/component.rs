@@ -6,7 +6,7 @@ const FAST: f64 = 4.0;
 /// divides that of an oscillation by 1.6 at most where hω ≤ 8. A choice.
 const DAMPED: f64 = 4.0;
 /// A difference that this many roundings of q and p may cause counts as noise. A choice.
-const NOISE_ROUNDINGS: f64 = 16.0;
+const DIFFERENCE_ROUNDINGS: f64 = 16.0;
 
 /// The error of (q, p) of one degree of freedom, in units of the scales.
 pub(super) struct Component {
@@ -52,7 +52,7 @@ impl Component {
     #[inline(always)]
     pub(super) fn is_noise(&self, error: f64, rounding: f64) -> bool {
         let ([a, b], [q, p]) = (self.filtered, self.changes());
-        let noise = NOISE_ROUNDINGS * rounding;
+        let noise = DIFFERENCE_ROUNDINGS * rounding;
         error * a.abs() < noise * (p - self.friction).abs() || error * b.abs() < noise * q.abs()
     }
 }

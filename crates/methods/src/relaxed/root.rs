@@ -13,7 +13,7 @@ const MOST_POINTS: u32 = 12;
 /// The error of K, in roundings of its terms, at which the search for γ ends.
 const MET_ROUNDINGS: f64 = 2.0;
 /// The error of K, in roundings of its terms, accepted where the search makes no progress.
-const NOISE_ROUNDINGS: f64 = 8.0;
+const STALLED_K_ROUNDINGS: f64 = 8.0;
 /// The least change of K over a step, in roundings of its terms, that determines γ: twice
 /// [`MET_ROUNDINGS`].
 const DETERMINING_ROUNDINGS: f64 = 4.0;
@@ -69,7 +69,8 @@ impl<V: Vector> Chord<V> {
             return Ok(one);
         }
         let root = self.search(system, state, direction, [now - total, total], plain, unit);
-        if let Some(root) = root.filter(|root| root.excess.to_f64().abs() <= NOISE_ROUNDINGS * unit)
+        if let Some(root) =
+            root.filter(|root| root.excess.to_f64().abs() <= STALLED_K_ROUNDINGS * unit)
         {
             if root.gamma != self.gamma {
                 self.place(system, state, direction, root.gamma, total)?;
@@ -77,7 +78,7 @@ impl<V: Vector> Chord<V> {
             return Ok(root.gamma);
         }
         // On steps so short that the effect of γ is below rounding, the error of K is accepted.
-        if lost <= NOISE_ROUNDINGS * unit {
+        if lost <= STALLED_K_ROUNDINGS * unit {
             self.place(system, state, direction, one, total)?;
             return Ok(one);
         }
@@ -144,7 +145,7 @@ impl<V: Vector> Chord<V> {
                 best = point;
             }
             if found <= MET_ROUNDINGS * unit
-                || (found >= least / 2.0 && least <= NOISE_ROUNDINGS * unit)
+                || (found >= least / 2.0 && least <= STALLED_K_ROUNDINGS * unit)
             {
                 break;
             }

@@ -50,10 +50,11 @@ fn of_many() {
     knows_nothing_of_others(&ring(9, 0.5, 0.1), As::Uniform);
 }
 
-/// V = q1 q2, D_1 = 0 and D_2 = -100 v2²: p½ of the second does not exist where it is fast.
-struct Burning;
+/// V = q1 q2, D_1 = 0 and D_2 = -100 v2². The equation for the second p½ has no solution where the
+/// second mass is fast.
+struct WithoutSecondKick;
 
-impl Formulas for Burning {
+impl Formulas for WithoutSecondKick {
     fn dof(&self) -> usize {
         2
     }
@@ -66,14 +67,15 @@ impl Formulas for Burning {
 }
 
 #[test]
-fn leapfrog_after_a_step_that_failed_with_the_second_momentum() {
-    let (system, h) = (FromFormulas(Burning), 0.125);
+fn leapfrog_keeps_no_forces_of_a_step_that_failed() {
+    let (system, h) = (FromFormulas(WithoutSecondKick), 0.125);
     let fresh = || Method::<[f64; 2], _>::workspace(&Leapfrog, &system).unwrap();
     let mut used = fresh();
     let mut fast = State::new([0.5, 0.25], [1.0, 4.0]).unwrap();
     Leapfrog.step(&system, h, &mut fast, &mut used).unwrap_err();
 
-    // The step that failed had moved q1 there before.
+    // The failed step has already moved the first coordinate here. Its forces are those of the old
+    // place.
     let moved = 0.5 + h * (1.0 - h / 2.0 * 0.25);
     let start = State::new([moved, 0.25], [1.0, 0.0]).unwrap();
     let mut ends = [start.clone(), start];

@@ -12,7 +12,7 @@
 //! that end their steps at numbers of t.
 
 use super::first::Within;
-use super::{Event, NOISE_ROUNDINGS};
+use super::{EVENT_ROUNDINGS, Event};
 use crate::system::State;
 
 /// The time after which a zero that lies within roundings of t has been left, in units of the
@@ -38,7 +38,7 @@ impl Crossing<'_> {
             return false;
         }
         let [start, end] = self.way;
-        let (h, grain) = (end.t - start.t, NOISE_ROUNDINGS * f64::EPSILON * end.t.abs());
+        let (h, grain) = (end.t - start.t, EVENT_ROUNDINGS * f64::EPSILON * end.t.abs());
         if h > grain {
             return found > self.rounding(event);
         }
@@ -68,6 +68,6 @@ impl Crossing<'_> {
             sum += term(far.w[j], there.w[j], &|probe, w| probe.w[j] = w);
         }
         sum += size.abs() * (1.0 + (there.t / (there.t - far.t)).abs());
-        NOISE_ROUNDINGS * f64::EPSILON * if sum.is_finite() { sum } else { 0.0 }
+        EVENT_ROUNDINGS * f64::EPSILON * if sum.is_finite() { sum } else { 0.0 }
     }
 }

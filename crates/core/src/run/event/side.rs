@@ -1,6 +1,6 @@
 //! The side of zero on which a function of the state is.
 
-use super::{Direction, NOISE_ROUNDINGS};
+use super::{Direction, EVENT_ROUNDINGS};
 
 /// The side of zero on which a function is.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ impl Side {
     /// Records an event at a zero with this value: the function is then beyond zero, or back on its
     /// side if the event `turned` it there.
     pub(super) fn happen(&mut self, value: f64, scale: f64, turned: bool) {
-        let noise = NOISE_ROUNDINGS * value.abs().max(f64::EPSILON * scale);
+        let noise = EVENT_ROUNDINGS * value.abs().max(f64::EPSILON * scale);
         let sign = if turned { self.sign } else { -self.sign };
         *self = Self { sign, at_zero: Some(noise), turned };
     }

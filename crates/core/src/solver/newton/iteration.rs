@@ -5,7 +5,7 @@ use super::rounding::{MeasuredRounding, Point, measure_rounding};
 use super::two_corrections::{Correction, FirstInverse, TwoCorrections, rounding_of_solution};
 use super::{Equation, MOST_MISSING, Outcome, Sample};
 use crate::numbers::{Mask, Scalar};
-use crate::solver::convergence::NOISE_ROUNDINGS;
+use crate::solver::convergence::UPDATE_ROUNDINGS;
 use std::hint::cold_path;
 
 /// The largest number of evaluations of the direct iteration. Bisection takes 64 to 128 of them for
@@ -214,7 +214,7 @@ impl<T: Scalar> Iteration<T> {
             (T::from_f64(T::EPSILON) * self.f.value_rounding).mul_add(steep, floored_scale);
         let measured_noise = (self.rounding + self.rounding) * steep;
         let undecided = self.done.or(self.stalled).or(bent).not();
-        let most_noise = T::from_f64(NOISE_ROUNDINGS).mul_add(update_noise, measured_noise);
+        let most_noise = T::from_f64(UPDATE_ROUNDINGS).mul_add(update_noise, measured_noise);
         let small = undecided.and(size.le(most_noise));
         self.grown = T::select(small.and(largest.le(size)), self.grown + one, self.grown);
         let settled = size.le(zero).or(one.lt(self.grown));

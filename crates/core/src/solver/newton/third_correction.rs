@@ -4,7 +4,7 @@ use super::iteration::rises;
 use super::two_corrections::{Correction, TwoCorrections, rounding_of_solution};
 use super::{Equation, MOST_MISSING, Root};
 use crate::numbers::{Mask, Scalar};
-use crate::solver::convergence::NOISE_ROUNDINGS;
+use crate::solver::convergence::UPDATE_ROUNDINGS;
 
 impl<T: Scalar> TwoCorrections<T> {
     /// The solution after a third correction, equal to the bit to that of `iterate_to_rounding`.
@@ -29,7 +29,7 @@ impl<T: Scalar> TwoCorrections<T> {
         let rising = rises(seen, previous, rise_noise * seen[0].slope.abs());
         let update_noise = (T::from_f64(T::EPSILON) * second.value_rounding)
             .mul_add(self.inverse.abs(), floored_scale);
-        let clear = (T::from_f64(NOISE_ROUNDINGS) * update_noise).lt(update.abs());
+        let clear = (T::from_f64(UPDATE_ROUNDINGS) * update_noise).lt(update.abs());
         if !done.or(rising.and(clear)).all() {
             return None;
         }
