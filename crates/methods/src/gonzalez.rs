@@ -55,9 +55,9 @@ use equation::Workspace;
 /// Gonzalez's discrete gradient method.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gonzalez {
-    /// The solver of the linear equations. `None` chooses by the structure of the system: Thomas'
-    /// algorithm for a separable chain, Gaussian elimination for up to 32 unknowns, faer's dense LU
-    /// for all-to-all coupling, its sparse LU otherwise.
+    /// The solver of the linear equations. `None` chooses by the second derivatives of the system:
+    /// Thomas' algorithm for a separable chain or ring, Gaussian elimination for up to 32 unknowns,
+    /// faer's dense LU for matrices with many entries, its sparse LU otherwise.
     pub solver: Option<LinearSolver>,
 }
 

@@ -9,6 +9,7 @@ mod derivatives;
 mod gmres;
 mod number;
 mod phase_space;
+mod ring;
 mod small;
 mod sparse;
 mod tridiagonal;
@@ -19,6 +20,7 @@ pub(crate) use derivatives::{Derivative, Derivatives, NO_SUCH_DOF, check_derivat
 pub(crate) use gmres::Gmres;
 pub(crate) use number::Number;
 pub(crate) use phase_space::{PhaseSpace, Plane, Unsolvable};
+use ring::Ring;
 use small::Small;
 use sparse::Sparse;
 use std::fmt::Debug;
@@ -33,6 +35,9 @@ pub enum LinearSolver {
     /// Thomas' algorithm without pivoting, for nearest-neighbour coupling, H without mixed
     /// derivatives and diagonal ∂²H/∂p².
     Chain,
+    /// Thomas' algorithm with the last unknown eliminated, for neighbours in a ring, under the same
+    /// conditions.
+    Ring,
     /// faer's sparse LU with one symbolic analysis, for matrices with few entries per row.
     Sparse,
     /// faer's dense LU with partial pivoting, for all-to-all coupling.
@@ -123,6 +128,7 @@ fn matrix<T: Number>(
     Ok(match solver {
         LinearSolver::Small => Box::new(Small::new(size)),
         LinearSolver::Chain => Box::new(Tridiagonal::new(size)),
+        LinearSolver::Ring => Box::new(Ring::new(size)),
         LinearSolver::Sparse => Box::new(Sparse::new(size, pattern)?),
         LinearSolver::Dense => Box::new(Dense::new(size)),
     })
@@ -147,8 +153,28 @@ fn usable<T: Number>(pivot: T) -> bool {
 mod tests {
     use super::*;
 
-    const SOLVERS: [LinearSolver; 4] =
-        [LinearSolver::Small, LinearSolver::Chain, LinearSolver::Sparse, LinearSolver::Dense];
+    const SOLVERS: [LinearSolver; 5] = [
+        LinearSolver::Small,
+        LinearSolver::Chain,
+        LinearSolver::Ring,
+        LinearSolver::Sparse,
+        LinearSolver::Dense,
+    ];
+
+    /// The solvers and their matrices: a tridiagonal one, and for all but `Chain` one of a ring.
+    fn matrices(n: usize) -> impl Iterator<Item = (LinearSolver, Vec<(usize, usize, f64)>)> {
+        let ring = move || {
+            let mut entries = entries(n);
+            if n > 2 {
+                entries.extend([(0, n - 1, 0.6), (n - 1, 0, -0.3)]);
+            }
+            entries
+        };
+        SOLVERS.into_iter().flat_map(move |solver| {
+            let closed = (solver != LinearSolver::Chain).then(|| (solver, ring()));
+            [(solver, entries(n))].into_iter().chain(closed)
+        })
+    }
 
     /// A tridiagonal matrix that is not symmetric and has one small pivot.
     fn entries(n: usize) -> Vec<(usize, usize, f64)> {
@@ -164,9 +190,8 @@ mod tests {
     #[test]
     fn every_solver_solves() {
         for n in [1, 2, 3, 10, 70] {
-            let entries = entries(n);
             let exact: Vec<f64> = (0..n).map(|i| (i as f64 - 1.5).cos()).collect();
-            for solver in SOLVERS {
+            for (solver, entries) in matrices(n) {
                 let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
                 let mut matrix = Matrix::<f64>::new(solver, n, pattern).unwrap();
                 // The second factorisation overwrites the first.
@@ -191,9 +216,8 @@ mod tests {
     #[test]
     fn every_solver_multiplies() {
         for n in [1, 2, 3, 10, 70] {
-            let entries = entries(n);
             let a: Vec<f64> = (0..n).map(|i| (i as f64 - 1.5).cos()).collect();
-            for solver in SOLVERS {
+            for (solver, entries) in matrices(n) {
                 let pattern = entries.iter().map(|&(i, j, _)| (i, j)).collect();
                 let mut matrix = Matrix::new(solver, n, pattern).unwrap();
                 let mut values = vec![0.0; matrix.values().len()];

@@ -127,7 +127,7 @@ where
     let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
     let forces = forces.as_mut_slice();
     let (dq, dp, dw) = (dq.as_mut_slice(), dp.as_mut_slice(), dw.as_mut_slice());
-    let (q0, p0, w0) = (state.q.as_mut_slice(), state.p.as_mut_slice(), state.w.as_mut_slice());
+    let (q0, p0, w0) = (state.q.as_slice(), state.p.as_slice(), state.w.as_slice());
 
     for j in 0..n {
         (q[j], p[j]) = (q0[j].read(), p0[j].read());

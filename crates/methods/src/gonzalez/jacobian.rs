@@ -17,8 +17,8 @@
 //! C is replaced by c Dp. If δq is not eliminated, hλR is omitted: obtaining R from Dp would
 //! require a linear solve, and the omission only costs corrections.
 
-use crate::linear::{Derivative, Derivatives, LinearSolver, Matrix, SMALL};
-use afterbay_core::{Block, Coupling, Curvature, InputError, Scalar};
+use crate::linear::{Derivative, Derivatives, LinearSolver, Matrix};
+use afterbay_core::{Block, Curvature, InputError, Scalar};
 
 /// The data for the elimination of δq.
 #[derive(Clone, Debug)]
@@ -61,16 +61,12 @@ impl Jacobian {
         let unsupported = |why| InputError::Unsupported { method, why };
         let mut derivatives = Derivatives::new(system)
             .map_err(|_| unsupported("a second derivative belongs to no degree of freedom"))?;
-        let (eliminate, chain) = (derivatives.eliminate(), derivatives.is_chain());
-        let size = derivatives.size();
-        let solver = wanted.unwrap_or(match system.coupling() {
-            _ if chain => LinearSolver::Chain,
-            _ if size <= SMALL => LinearSolver::Small,
-            Coupling::Dense => LinearSolver::Dense,
-            Coupling::Chain | Coupling::Ring => LinearSolver::Sparse,
-        });
-        if solver == LinearSolver::Chain && !chain {
-            return Err(unsupported("Thomas' algorithm is for chains with separable H"));
+        let (eliminate, size) = (derivatives.eliminate(), derivatives.size());
+        let solver = wanted.unwrap_or_else(|| derivatives.solver());
+        if solver == LinearSolver::Chain && !derivatives.is_chain()
+            || solver == LinearSolver::Ring && !derivatives.is_ring()
+        {
+            return Err(unsupported("Thomas' algorithm is for chains and rings with separable H"));
         }
 
         let own = |i: usize| match eliminate {

@@ -49,6 +49,69 @@ fn eliminate_all<'a, T: Number + 'a>(
     Ok(last)
 }
 
+/// Factorises a tridiagonal matrix. The error is the row of a vanishing pivot.
+pub(super) fn factorise<T: Number>(rows: &mut [[T; 3]]) -> Result<(), usize> {
+    let (half, size) = (rows.len() / 2, rows.len());
+    let (left, right) = rows.split_at_mut(half);
+    let Some((middle, right)) = right.split_first_mut() else { return Ok(()) };
+    let before = eliminate_all(left.iter_mut().enumerate(), 0)?;
+    let after = eliminate_all((half + 1..size).zip(right).rev(), 2)?;
+    middle[1] = eliminate(middle, 0, before);
+    let pivot = eliminate(middle, 2, after);
+    middle[1] = pivot.inverse();
+    if usable(pivot) { Ok(()) } else { Err(half) }
+}
+
+/// Replaces the right-hand side x by the solution, with the factors of the matrix.
+pub(super) fn solve<T: Number>(rows: &[[T; 3]], x: &mut [T]) {
+    let half = rows.len() / 2;
+    let (left, right) = rows.split_at(half);
+    let (x_left, x_right) = x.split_at_mut(half);
+    let (Some((middle, right)), Some((x, x_right))) =
+        (right.split_first(), x_right.split_first_mut())
+    else {
+        return;
+    };
+    // If the number of rows is even, the left part has one more.
+    let more = left.len() - right.len();
+    let (mut before, mut after) = (T::ZERO, T::ZERO);
+    for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {
+        before = (-row[0]).fused(before, *x);
+        *x = before;
+    }
+    let pairs = left[more..].iter().zip(&mut x_left[more..]);
+    for ((row, x), (other, y)) in pairs.zip(right.iter().zip(x_right.iter_mut()).rev()) {
+        before = (-row[0]).fused(before, *x);
+        after = (-other[2]).fused(after, *y);
+        (*x, *y) = (before, after);
+    }
+    *x = (-middle[0]).fused(before, (-middle[2]).fused(after, *x)) * middle[1];
+    (before, after) = (*x, *x);
+    let pairs = left[more..].iter().zip(&mut x_left[more..]).rev();
+    for ((row, x), (other, y)) in pairs.zip(right.iter().zip(x_right.iter_mut())) {
+        before = (-row[2]).fused(before, *x * row[1]);
+        after = (-other[0]).fused(after, *y * other[1]);
+        (*x, *y) = (before, after);
+    }
+    for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {
+        before = (-row[2]).fused(before, *x * row[1]);
+        *x = before;
+    }
+}
+
+/// Subtracts from x the product of a with a tridiagonal matrix.
+pub(super) fn subtract<T: Number>(rows: &[[T; 3]], a: &[T], x: &mut [T]) {
+    if let (Some(row), Some(x), [first, rest @ ..]) = (rows.first(), x.first_mut(), a) {
+        *x -= row[1] * *first + row[2] * rest.first().copied().unwrap_or(T::ZERO);
+    }
+    for ((row, x), a) in rows.iter().zip(x.iter_mut()).skip(1).zip(a.array_windows::<3>()) {
+        *x -= row[0].fused(a[0], row[1].fused(a[1], row[2] * a[2]));
+    }
+    if let (Some(row), Some(x), [.., before, last]) = (rows.last(), x.last_mut(), a) {
+        *x -= row[0] * *before + row[1] * *last;
+    }
+}
+
 impl<T: Number> Solver<T> for Tridiagonal<T> {
     fn slot(&self, row: usize, column: usize) -> Option<usize> {
         (row < self.size && column < self.size && row.abs_diff(column) <= 1)
@@ -60,64 +123,15 @@ impl<T: Number> Solver<T> for Tridiagonal<T> {
     }
 
     fn factorise(&mut self) -> Result<(), usize> {
-        let (half, size) = (self.size / 2, self.size);
-        let (left, right) = self.values.as_chunks_mut::<3>().0.split_at_mut(half);
-        let Some((middle, right)) = right.split_first_mut() else { return Ok(()) };
-        let before = eliminate_all(left.iter_mut().enumerate(), 0)?;
-        let after = eliminate_all((half + 1..size).zip(right).rev(), 2)?;
-        middle[1] = eliminate(middle, 0, before);
-        let pivot = eliminate(middle, 2, after);
-        middle[1] = pivot.inverse();
-        if usable(pivot) { Ok(()) } else { Err(half) }
+        factorise(self.values.as_chunks_mut().0)
     }
 
     fn subtract(&self, values: &[T], a: &[T], x: &mut [T]) {
-        let rows = values.as_chunks::<3>().0;
-        if let (Some(row), Some(x), [first, rest @ ..]) = (rows.first(), x.first_mut(), a) {
-            *x -= row[1] * *first + row[2] * rest.first().copied().unwrap_or(T::ZERO);
-        }
-        for ((row, x), a) in rows.iter().zip(x.iter_mut()).skip(1).zip(a.array_windows::<3>()) {
-            *x -= row[0].fused(a[0], row[1].fused(a[1], row[2] * a[2]));
-        }
-        if let (Some(row), Some(x), [.., before, last]) = (rows.last(), x.last_mut(), a) {
-            *x -= row[0] * *before + row[1] * *last;
-        }
+        subtract(values.as_chunks().0, a, x);
     }
 
     fn solve(&mut self, x: &mut [T]) {
-        let half = self.size / 2;
-        let (left, right) = self.values.as_chunks::<3>().0.split_at(half);
-        let (x_left, x_right) = x.split_at_mut(half);
-        let (Some((middle, right)), Some((x, x_right))) =
-            (right.split_first(), x_right.split_first_mut())
-        else {
-            return;
-        };
-        // If the number of rows is even, the left part has one more.
-        let more = left.len() - right.len();
-        let (mut before, mut after) = (T::ZERO, T::ZERO);
-        for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {
-            before = (-row[0]).fused(before, *x);
-            *x = before;
-        }
-        let pairs = left[more..].iter().zip(&mut x_left[more..]);
-        for ((row, x), (other, y)) in pairs.zip(right.iter().zip(x_right.iter_mut()).rev()) {
-            before = (-row[0]).fused(before, *x);
-            after = (-other[2]).fused(after, *y);
-            (*x, *y) = (before, after);
-        }
-        *x = (-middle[0]).fused(before, (-middle[2]).fused(after, *x)) * middle[1];
-        (before, after) = (*x, *x);
-        let pairs = left[more..].iter().zip(&mut x_left[more..]).rev();
-        for ((row, x), (other, y)) in pairs.zip(right.iter().zip(x_right.iter_mut())) {
-            before = (-row[2]).fused(before, *x * row[1]);
-            after = (-other[0]).fused(after, *y * other[1]);
-            (*x, *y) = (before, after);
-        }
-        for (row, x) in left.iter().zip(x_left.iter_mut()).take(more) {
-            before = (-row[2]).fused(before, *x * row[1]);
-            *x = before;
-        }
+        solve(self.values.as_chunks().0, x);
     }
 
     fn copied(&self) -> Box<dyn Solver<T>> {

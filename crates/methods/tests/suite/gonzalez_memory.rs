@@ -33,6 +33,7 @@ fn a_step_allocates_nothing() {
         assert_eq!(allocations(&Twisted { c: 0.2, offset: 0.0 }, None, h), 0);
         for solver in [LinearSolver::Small, LinearSolver::Sparse, LinearSolver::Dense] {
             assert_eq!(allocations(&Twisted { c: 0.2, offset: 0.0 }, Some(solver), h), 0);
+            assert_eq!(allocations(&Springs::ring(50, 0.1), Some(solver), h), 0);
         }
     }
 }
