@@ -59,8 +59,8 @@ pub struct ResonanceRow {
     pub frequency: f64,
     /// `up` or `down`: the order in which frequencies are taken.
     pub branch: Way,
-    /// max |q_j| over the measured periods, one entry for each degree of freedom. Whole
-    /// turns of an angle in the periods before are left out.
+    /// max |q_j| over the measured periods, one entry for each degree of freedom. Of an angle it is
+    /// the least one, if its whole range is moved by turns.
     pub amplitude: Vec<Option<f64>>,
     /// The energy that the drive supplies in a period, the mean of the measured periods. It
     /// includes the energy that V(q, t) pumps.
@@ -177,14 +177,14 @@ impl Resonance {
         state.w.fill(0.0);
         let system = model.system::<f64>()?;
         let start = point(&angles, dof, state.state_ref());
-        let mut amplitude: Vec<f64> = state.q[..dof].iter().map(|q| q.abs()).collect();
+        let mut range: Vec<[f64; 2]> = state.q[..dof].iter().map(|&q| [q, q]).collect();
         for _ in 0..self.periods {
             let from = state.q[..dof].to_vec();
-            let mut turns = Turns::new(&*system, state, dof);
+            let mut turns = Turns::new(&*system, state);
             run.run(grid, state, 1, &mut |step, now| {
                 motion.see(now);
                 if step > 0 {
-                    turns.see(run, grid.h, now, &mut amplitude);
+                    turns.see(run, grid.h, now, &mut range);
                 }
                 ControlFlow::Continue(())
             })?;
@@ -194,6 +194,8 @@ impl Resonance {
         let gained: Vec<f64> = s.into_iter().chain(pumped).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / self.periods as f64;
         let end = point(&angles, dof, state.state_ref());
+        let amplitude = range.iter().zip(&angles).map(|(range, period)| largest(*range, *period));
+        let amplitude = amplitude.collect();
         let returned = motion.metric(&angles).distance(&start.concat(), &end.concat());
         Ok(Steady { amplitude, supplied: mean(&gained), dissipated: mean(&w), returned })
     }
@@ -247,33 +249,37 @@ struct Steady {
 /// Looks for the states at which a coordinate turns back, where its velocity changes sign.
 struct Turns<'a> {
     system: &'a dyn System<f64>,
-    dof: usize,
     before: State<Vec<f64>>,
     velocity: Vec<f64>,
 }
 
 impl<'a> Turns<'a> {
-    fn new(system: &'a dyn System<f64>, state: &State<Vec<f64>>, dof: usize) -> Self {
+    fn new(system: &'a dyn System<f64>, state: &State<Vec<f64>>) -> Self {
         let velocity = velocity(system, state.state_ref());
-        Self { system, dof, before: state.clone(), velocity }
+        Self { system, before: state.clone(), velocity }
     }
 
-    /// Raises the amplitudes to those between the last state and this one.
-    fn see(&mut self, run: &Run<f64>, h: f64, now: StateRef<'_, f64>, amplitude: &mut [f64]) {
+    /// Extends the ranges of the coordinates to those between the last state and this one.
+    fn see(&mut self, run: &Run<f64>, h: f64, now: StateRef<'_, f64>, range: &mut [[f64; 2]]) {
         let after = velocity(self.system, now);
-        for j in 0..self.dof {
-            let (from, to) = (self.velocity[j], after[j]);
-            let mut most = now.q[j].abs();
-            if from * to < 0.0 {
+        for (j, [least, most]) in range.iter_mut().enumerate() {
+            let mut extend = |q: f64| (*least, *most) = (least.min(q), most.max(q));
+            extend(now.q[j]);
+            if self.velocity[j] * after[j] < 0.0 {
                 let distance = |state: StateRef<'_, f64>| velocity(self.system, state)[j];
-                let turn = at_zero(run, h, distance, &self.before, now);
-                most = most.max(turn.q[j].abs());
+                extend(at_zero(run, h, distance, &self.before, now).q[j]);
             }
-            amplitude[j] = amplitude[j].max(most);
         }
         copy(now, &mut self.before);
         self.velocity = after;
     }
+}
+
+/// The largest |q| of a range; of that of an angle, moved by whole turns so that it is least.
+fn largest([least, most]: [f64; 2], period: Option<f64>) -> f64 {
+    let middle = least.midpoint(most);
+    let turns = period.map_or(0.0, |period| middle - nearest(middle, period));
+    (least - turns).abs().max((most - turns).abs())
 }
 
 /// ∂H/∂p

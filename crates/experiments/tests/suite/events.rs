@@ -7,7 +7,7 @@ use afterbay_analysis::study::trajectory::{self, Trajectory};
 use afterbay_experiments::ReportError;
 use afterbay_experiments::experiment::{self, Results};
 use afterbay_experiments::scene::Scene;
-use afterbay_methods::registry::find;
+use afterbay_methods::registry::{ADAPTIVE, find};
 
 /// A ball that falls with q'' = -g - c q' from height 1.
 const BALL: &str = r#"
@@ -66,6 +66,28 @@ fn impacts_are_as_exact_as_the_method_and_keep_k() {
         assert!(run.rows.windows(2).all(|pair| pair[1].w[0] >= pair[0].w[0]), "{method}");
         // The grid goes on after an impact.
         assert!((run.rows[100].t - 2.0).abs() < 1e-13 && run.rows.len() == 101, "{method}");
+    }
+}
+
+/// A ball that stays at the floor falls again in each step, by less than a rounding of zero where
+/// the method chooses its steps.
+#[test]
+fn a_ball_that_does_not_rebound_stays_above_the_floor() {
+    for (floor, restitution) in [(0.0, 0.0), (0.0, 1e-12), (-1e-5, 0.0), (-1e-5, 1e-8), (0.5, 0.0)]
+    {
+        let text = BALL.replace("restitution = 0.9", &format!("restitution = {restitution:e}"));
+        let text = text.replace("of = \"q1\"", &format!("of = \"q1\"\nvalue = {floor:e}"));
+        for tolerance in ["1e-6", "1e-11"] {
+            let text = text.replace("1e-11", tolerance);
+            for row in ADAPTIVE {
+                let (run, impacts) = followed(&text, row.name, 0.02);
+                let lowest = impacts.iter().map(|row| row.q[0]).fold(f64::INFINITY, f64::min);
+                let name = format!("{} at {tolerance}, {restitution:e}, {floor:e}", row.name);
+                assert_eq!(run.ending.outcome, "events-accumulate", "{name}");
+                assert!(lowest > floor - 1e-12, "{name}: {lowest:e}");
+                assert!(run.rows.iter().all(|row| row.q[0] > floor - 1e-12), "{name}");
+            }
+        }
     }
 }
 

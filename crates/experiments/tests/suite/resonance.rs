@@ -4,7 +4,7 @@ use crate::sections::problem;
 use afterbay_analysis::Spacing;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::dynamics::Dynamics;
-use afterbay_analysis::study::resonance::Resonance;
+use afterbay_analysis::study::resonance::{Resonance, ResonanceRow};
 use afterbay_methods::registry::{REFERENCE, find};
 
 /// The amplitude of an angle that turns does not grow with the time it has turned.
@@ -30,27 +30,65 @@ fn the_amplitude_of_an_angle_that_turns_does_not_depend_on_its_turns() {
     assert!(long.iter().any(|row| row.amplitude[0].unwrap() > 2.0 * std::f64::consts::PI));
 }
 
+/// The study of a pendulum with this potential and this constant force, from q at rest.
+fn pendulum(potential: &str, force: f64, q: f64) -> Vec<ResonanceRow> {
+    let system =
+        format!("name = \"custom\"\npotential = \"{potential}\"\ndissipation = [\"0.2*v1\"]");
+    let drive = format!(
+        "[drive]\nforce = [\"0.2*cos(omega*t) + {force}\"]\nparameters = {{ omega = 1.0 }}"
+    );
+    let study = Resonance {
+        problem: problem(&system, &drive, [q, 0.0]),
+        parameter: "omega".into(),
+        spacing: Spacing::Linear,
+        values: vec![0.8, 1.2, 1.5],
+        transient: 150,
+        periods: 4,
+    };
+    study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap()
+}
+
+/// The amplitudes of q1 in two studies, in pairs.
+fn pairs(one: &[ResonanceRow], other: &[ResonanceRow]) -> Vec<[f64; 2]> {
+    assert_eq!(one.len(), other.len());
+    let amplitude = |row: &ResonanceRow| row.amplitude[0].unwrap();
+    one.iter().zip(other).map(|(one, other)| [amplitude(one), amplitude(other)]).collect()
+}
+
 /// An angle that swings about half a turn has the amplitude of the same motion about 0, shifted.
 #[test]
-fn an_angle_that_swings_about_half_a_turn_stays_there() {
-    let study = |potential: &str, q: f64| {
-        let system =
-            format!("name = \"custom\"\npotential = \"{potential}\"\ndissipation = [\"0.2*v1\"]");
-        let drive = "[drive]\nforce = [\"0.2*cos(omega*t) + 0.15\"]\nparameters = { omega = 1.0 }";
-        let study = Resonance {
-            problem: problem(&system, drive, [q, 0.0]),
-            parameter: "omega".into(),
-            spacing: Spacing::Linear,
-            values: vec![0.8, 1.2, 1.5],
-            transient: 150,
-            periods: 4,
-        };
-        study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap()
+fn an_angle_that_swings_about_half_a_turn_is_shifted_by_half_a_turn() {
+    for q in [-3.3, 3.3, 15.9] {
+        for [zero, pi] in pairs(&pendulum("-cos(q1)", 0.0, 0.2), &pendulum("cos(q1)", 0.0, q)) {
+            assert!((pi - zero - std::f64::consts::PI).abs() < 1e-6, "{q}: {zero} {pi}");
+        }
+    }
+}
+
+/// Neither the turns at the start nor those that an angle slips over several periods count.
+#[test]
+fn turns_before_the_steady_motion_do_not_count() {
+    let expected = pendulum("-cos(q1)", 0.15, 0.2);
+    for turns in [-3.0, 1.0, 40.0] {
+        let found = pendulum("-cos(q1)", 0.15, 0.2 + turns * std::f64::consts::TAU);
+        for [one, other] in pairs(&expected, &found) {
+            assert!((one - other).abs() < 1e-9, "{turns}: {one} {other}");
+        }
+    }
+    // From T = 8.5 to T = 6.75 this motion slips by turns, each over several periods.
+    let system = "name = \"custom\"\npotential = \"-cos(q1)\"\ndissipation = [\"0.2*v1\"]";
+    let drive = "[drive]\nforce = [\"0.6*cos(2*pi/T*t)\"]\nparameters = { T = 6.0 }";
+    let study = Resonance {
+        problem: problem(system, drive, [0.0, 0.0]),
+        parameter: "T".into(),
+        spacing: Spacing::Linear,
+        values: vec![5.0, 6.75, 8.5, 10.25, 12.0],
+        transient: 200,
+        periods: 4,
     };
-    let (about_zero, about_pi) = (study("-cos(q1)", 0.2), study("cos(q1)", 3.3));
-    for (zero, pi) in about_zero.iter().zip(&about_pi) {
-        let [zero, pi] = [zero, pi].map(|row| row.amplitude[0].unwrap());
-        assert!((pi - zero - std::f64::consts::PI).abs() < 1e-6, "{zero} {pi}");
+    let found = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
+    for [up, down] in pairs(&found[4..5], &found[9..]) {
+        assert!((up - down).abs() < 1e-8 && up < 1.0, "{up} {down}");
     }
 }
 
