@@ -76,7 +76,8 @@ pub struct BasinRow {
     pub attractor: usize,
     /// Returns until the attractor was known.
     pub periods: u64,
-    /// The outcome of the run: `completed`, `unsettled`, `unstable`, or its failure.
+    /// The outcome of the run: `completed`, `unsettled`, `unstable`, `too-many-attractors`, or its
+    /// failure.
     pub outcome: &'static str,
 }
 
@@ -90,6 +91,10 @@ pub fn columns(model: &Model) -> Vec<String> {
 
 /// The outcome of a run that reaches no attractor in time.
 pub const UNSETTLED: &str = "unsettled";
+/// The outcome of a run that reaches none of the [`MOST_ATTRACTORS`] that were found.
+pub const TOO_MANY: &str = "too-many-attractors";
+/// The most attractors that are told apart.
+pub const MOST_ATTRACTORS: usize = 24;
 /// The outcome of a run that comes to an equilibrium or a cycle that does not attract.
 pub const UNSTABLE: &str = "unstable";
 

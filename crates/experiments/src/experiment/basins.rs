@@ -9,7 +9,9 @@ use crate::record::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, decimal};
 use afterbay_analysis::Model;
-use afterbay_analysis::study::basins::{self, BasinMap, Basins, UNSETTLED, UNSTABLE};
+use afterbay_analysis::study::basins::{
+    self, BasinMap, Basins, MOST_ATTRACTORS, TOO_MANY, UNSETTLED, UNSTABLE,
+};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending, INTERRUPTED};
 
@@ -75,10 +77,11 @@ fn prose(plan: &DynamicsPlan<Basins>, model: &Model) -> String {
          when its states repeat, when they stay near an attractor that another run has shown, or \
          when they fill a region of the same extent all along{}. One that still moves towards \
          something, or away, is unsettled. One that comes to an equilibrium or a cycle from which \
-         small displacements grow lies on a boundary, and reaches no attractor. The boundary \
+         small displacements grow lies on a boundary, and reaches no attractor. No more than \
+         {MOST_ATTRACTORS} attractors are told apart: runs to others reach none. The boundary \
          between basins has the dimension 2 - α, where the share of cells with a cell of another \
          attractor at a distance ε grows like ε^α; runs that fail count as one basin there, and \
-         unsettled cells and those on a boundary are left out.{}",
+         other cells without an attractor are left out.{}",
         plan.study.section.describe(model),
         if plan.study.is_autonomous() { ", with the whole of their path" } else { "" },
         of_reference(plan.reference),
@@ -95,9 +98,10 @@ fn readings(study: &Basins, found: &[BasinMap]) -> Readings {
             |which: fn(&basins::Cell) -> bool| map.cells.iter().filter(|cell| which(cell)).count();
         readings.add(&label, "cells", map.cells.len());
         readings.add(&label, "unsettled", count(|cell| cell.ending.outcome == UNSETTLED));
+        readings.add(&label, TOO_MANY, count(|cell| cell.ending.outcome == TOO_MANY));
         readings.add(&label, UNSTABLE, count(|cell| cell.ending.outcome == UNSTABLE));
         let failed = count(|cell| {
-            ![COMPLETED, UNSETTLED, UNSTABLE, INTERRUPTED].contains(&cell.ending.outcome)
+            ![COMPLETED, UNSETTLED, TOO_MANY, UNSTABLE, INTERRUPTED].contains(&cell.ending.outcome)
         });
         readings.add(&label, "failed", failed);
         readings.add(&label, INTERRUPTED, count(|cell| cell.ending.is_interrupted()));
@@ -189,8 +193,10 @@ fn what_is_seen(r: &Readings) -> Said {
             });
         }
         let lasting = "on an unstable equilibrium or cycle";
+        let beyond = format!("at none of the {MOST_ATTRACTORS} attractors that are told apart");
         for (what, word) in [
             ("unsettled", "unsettled"),
+            (TOO_MANY, &beyond),
             (UNSTABLE, lasting),
             ("failed", "failed"),
             (INTERRUPTED, INTERRUPTED),

@@ -4,7 +4,7 @@
 use afterbay_analysis::Variable;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::attractor::Kind;
-use afterbay_analysis::study::basins::{Axis, BasinMap, Basins, Cell};
+use afterbay_analysis::study::basins::{Axis, BasinMap, Basins, Cell, MOST_ATTRACTORS, TOO_MANY};
 use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::outcome::Ending;
 use afterbay_analysis::study::section::Section;
@@ -68,6 +68,23 @@ fn motion_that_goes_on_to_change_is_unsettled() {
             assert!(cell.ending.outcome == outcome || creeps, "{k}, {b}, {i}: {cell:?}");
         }
     }
+}
+
+/// A body that friction stops in free motion rests anywhere: at 25 places, on this grid, of which no
+/// more are told apart than [`MOST_ATTRACTORS`].
+#[test]
+fn runs_beyond_the_most_attractors_say_so() {
+    let system = "name = \"custom\"\npotential = \"0*q1\"\ndissipation = [\"0.5*v1\"]";
+    let study = Basins {
+        problem: Scene::read(&text(system)).unwrap_or_else(|error| panic!("{error}")).problem,
+        section: Section::Stroboscopic { interval: Some(1.0) },
+        axes: [axis(Variable::Q, 9), axis(Variable::P, 9)],
+        longest: 1000,
+    };
+    let found = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
+    let count = |outcome| found.cells.iter().filter(|cell| cell.ending.outcome == outcome).count();
+    assert_eq!(found.attractors.len(), MOST_ATTRACTORS);
+    assert_eq!((count("completed"), count(TOO_MANY)), (80, 1));
 }
 
 /// The interval of the section has nothing to do with a motion without a drive: a cycle is one

@@ -1,6 +1,6 @@
 //! The map of a method: the attractor of every cell.
 
-use super::{Known, UNSETTLED, UNSTABLE};
+use super::{Known, TOO_MANY, UNSETTLED, UNSTABLE};
 use crate::statistics::fit;
 use crate::study::outcome::Ending;
 use crate::words::by_name;
@@ -82,8 +82,8 @@ impl BasinMap {
     /// The uncertainty exponent α of the boundary (Grebogi and others 1983): the share of cells
     /// with a cell of another attractor beside them at a distance ε grows like ε^α, and the
     /// dimension of the boundary is 2 - α. A run that fails counts as one that leaves for an
-    /// attractor of its own; cells that are unsettled or unstable, and those beside them, are left
-    /// out. None if the shares do not grow, as with too few cells.
+    /// attractor of its own; other cells without an attractor, and those beside them, are
+    /// left out. None if the shares do not grow, as with too few cells.
     pub fn uncertainty(&self, width: usize) -> Option<f64> {
         let points: Vec<(f64, f64)> = [1, 2, 4, 8]
             .into_iter()
@@ -102,7 +102,8 @@ impl BasinMap {
 
     /// The share of cells with a cell of another attractor at a distance of `apart` cells.
     fn uncertain(&self, width: usize, apart: usize) -> f64 {
-        let settled = |i: usize| ![UNSETTLED, UNSTABLE].contains(&self.cells[i].ending.outcome);
+        let left_out = [UNSETTLED, TOO_MANY, UNSTABLE];
+        let settled = |i: usize| !left_out.contains(&self.cells[i].ending.outcome);
         let beside = |i: usize| [i - apart, i + apart];
         let inner = |i: &usize| (apart..width.saturating_sub(apart)).contains(&(i % width));
         let known = |i: &usize| settled(*i) && beside(*i).into_iter().all(settled);

@@ -4,7 +4,7 @@ use super::found::{Ended, Found, Shown};
 use super::known::{Known, Nearby};
 use super::map::{BasinMap, Cell};
 use super::path::Path;
-use super::{Basins, UNSETTLED, UNSTABLE};
+use super::{Basins, MOST_ATTRACTORS, TOO_MANY, UNSETTLED, UNSTABLE};
 use crate::study::ensemble::{Ensemble, GROUP, Watch};
 use crate::study::metric::Metric;
 use crate::study::outcome::{COMPLETED, Ending};
@@ -13,9 +13,6 @@ use crate::study::section::point;
 use afterbay_core::{InputError, StateRef};
 use std::ops::ControlFlow;
 
-/// The most attractors that are distinguished. If there are more, as in a system without friction,
-/// the other runs are unsettled.
-const MOST_ATTRACTORS: usize = 24;
 /// The most new attractors that are looked for between two comparisons of all runs.
 const NEW_AT_ONCE: usize = 8;
 /// The runs that are followed at once where those before have shown nothing new. It bounds the
@@ -56,11 +53,11 @@ impl<'a> Survey<'a> {
             if open.is_empty() {
                 break;
             }
+            self.compare(&open)?;
             if self.is_full() {
-                self.give_up(&open);
+                self.give_up();
                 break;
             }
-            self.compare(&open)?;
             // The runs that reach none of the attractors show new ones.
             let left = self.open(open);
             let (stride, before) = (left.len().div_ceil(NEW_AT_ONCE).max(1), self.attractors.len());
@@ -92,10 +89,13 @@ impl<'a> Survey<'a> {
         self.attractors.len() >= MOST_ATTRACTORS
     }
 
-    fn give_up(&mut self, open: &[usize]) {
-        let ending = Ending { outcome: UNSETTLED, failure: None };
+    /// Leaves the open cells, whose runs reach none of the attractors.
+    fn give_up(&mut self) {
+        let ending = Ending { outcome: TOO_MANY, failure: None };
         let cell = Cell { attractor: None, periods: self.basins.longest, ending };
-        open.iter().for_each(|&i| self.cells[i] = Some(cell.clone()));
+        for open in self.cells.iter_mut().filter(|cell| cell.is_none()) {
+            *open = Some(cell.clone());
+        }
     }
 
     /// Compares the runs of open cells with the attractors.
@@ -151,7 +151,7 @@ impl<'a> Survey<'a> {
             Some(found) => match self.same(&found) {
                 Some(known) => (Some(known), COMPLETED),
                 None if self.repels(found.cycle())? => (None, UNSTABLE),
-                None if self.is_full() => (None, UNSETTLED),
+                None if self.is_full() => (None, TOO_MANY),
                 None => {
                     self.attractors.push(found);
                     (Some(self.attractors.len() - 1), COMPLETED)
