@@ -286,11 +286,19 @@ impl Walk<'_> {
 
     /// The cycle at the distance ds along the branch, and the number of corrections it took.
     fn step(&self, ds: f64) -> Result<(Place, usize), CycleFailure> {
+        self.solve(self.ahead(ds), self.at_distance(ds))
+    }
+
+    /// The point at the distance ds in the direction of the branch.
+    fn ahead(&self, ds: f64) -> Vec<f64> {
         let Place { x, along, .. } = &self.at;
-        let scales = &self.shooting.scales;
-        let guess = || x.iter().zip(along).zip(scales).map(|((x, t), scale)| x + ds * t * scale);
-        let there = Condition { normal: along.clone(), at: guess().collect() };
-        self.solve(guess().collect(), there)
+        let moved = x.iter().zip(along).zip(&self.shooting.scales);
+        moved.map(|((x, t), scale)| x + ds * t * scale).collect()
+    }
+
+    /// The distance ds along the branch, as a condition.
+    fn at_distance(&self, ds: f64) -> Condition {
+        Condition { normal: self.at.along.clone(), at: self.ahead(ds) }
     }
 
     /// Solves the equations from a guess under a condition.
@@ -325,14 +333,23 @@ impl Walk<'_> {
     }
 
     /// The cycle between the present place and the next at which a test function is 0.
+    ///
+    /// Guesses lie between the nearest known cycles. From a guess that is further off, Newton's
+    /// method may find a cycle of the branch that crosses at the zero.
     fn locate(&self, next: Place, index: usize) -> Place {
         let scales = &self.shooting.scales;
         let off = next.x.iter().zip(&self.at.x).zip(scales).map(|((b, a), scale)| (b - a) / scale);
         let far = dot(&off.collect::<Vec<_>>(), &self.at.along);
         let ends = (self.at.tests[index], next.tests[index]);
         let rounding = LOCATED * ends.0.abs().max(ends.1.abs());
+        let mut known = vec![(0.0, self.at.x.clone()), (1.0, next.x.clone())];
         let within = |share: f64| {
-            let (place, _) = self.step(share * far).ok()?;
+            let above = known.partition_point(|(at, _)| *at < share);
+            let [(low, a), (high, b)] = [&known[above - 1], &known[above]];
+            let part = (share - low) / (high - low);
+            let guess = a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect();
+            let (place, _) = self.solve(guess, self.at_distance(share * far)).ok()?;
+            known.insert(above, (share, place.x.clone()));
             let value = place.tests[index];
             Some((if value.abs() <= rounding { 0.0 } else { value }, place))
         };

@@ -139,6 +139,33 @@ fn a_cycle_that_loses_its_symmetry_is_a_branching() {
     close("multiplier", cycle.multipliers[0][0], 1.0, 1e-6);
 }
 
+/// Where a symmetry is lost two branches cross, and Newton's method may go over to the other one. The
+/// values are those at which the map over half a period, with the sign of (q, p) reversed, has the
+/// multiplier -1, by DOP853 of scipy at a relative tolerance of 1e-13.
+#[test]
+fn the_loss_of_a_symmetry_is_located() {
+    let pendulum =
+        |c: f64| format!("name = \"custom\"\npotential = \"-cos(q1)\"\ndissipation = [\"{c}*v1\"]");
+    let drive =
+        |force: &str, f: f64| format!("[drive]\nforce = [\"{force}\"]\nparameters = {{ f = {f} }}");
+    for (c, force, range, exact) in [
+        (0.1, "-f*cos(2*t)*sin(q1)", [1.0, 1.3], 1.258_943_006_0),
+        (0.3, "f*cos(0.7*t)", [0.7, 0.8], 0.757_312_650_1),
+    ] {
+        let problem = problem(&pendulum(c), &drive(force, range[0]), [0.5, 0.0]);
+        let study = branch(study(problem, 400.0), "f", range, 0);
+        for (row, close_to) in [(&REFERENCE, 2e-9), (row("rk4"), 1e-6)] {
+            let found = study.run(row, 0.05, &Silent).unwrap();
+            let events: Vec<_> = found.events(Event::Branching).collect();
+            assert_eq!(events.len(), 1, "{}: {:?}", row.name, found.ending);
+            close("f", events[0].value.unwrap(), exact, close_to);
+            let off = |[re, im]: &[f64; 2]| (re - 1.0).hypot(*im);
+            let nearest = events[0].nontrivial().iter().map(off).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 1e-7, "{}: {nearest:e}", row.name);
+        }
+    }
+}
+
 /// Two equal hardening oscillators, one of them driven: motions that whirl end at a motion in one
 /// plane, which another branch passes. The branch goes over to the mirror image there, and the
 /// whirl does not dissolve in roundings.
