@@ -139,6 +139,33 @@ fn under_a_square_wave(force: f64, end: f64) -> [f64; 3] {
     [q, p, s]
 }
 
+/// Parameters that are computed from a varied one follow it, those of the drive and those of the
+/// system.
+#[test]
+fn computed_parameters_follow_a_varied_one_under_a_drive() {
+    let scene = |w0: f64| {
+        let text = format!(
+            "[system]\nname = \"custom\"\npotential = \"k*q1^2/2\"\ndissipation = [\"c*v1\"]\n\
+             parameters = {{ k = \"w0^2\", c = \"2*z*w0\", w0 = {w0:?}, z = 0.05 }}\n\
+             [drive]\nforce = [\"c*sin(k*t) + f\"]\nparameters = {{ f = \"w0/2\" }}\n\
+             [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 10\nstep = 0.05\n\
+             [study.bifurcation]\nmethods = [\"rk4\"]\npoints = 4\ntransient = 3\n\
+             parameter = {{ name = \"w0\", from = 0.8, to = 1.2, count = 2 }}\n"
+        );
+        Scene::read(&text).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let slopes = |model: &Model| {
+        let (system, (q, p)) = (model.system::<f64>().unwrap(), ([0.3, 1.7], [0.2, 0.1]));
+        let [mut hq, mut v, mut d] = [[0.0; 2]; 3];
+        system.gradient(&q, &p, &mut hq, &mut v);
+        system.dissipation(&q, &p, &v, &mut d);
+        [hq, v, d]
+    };
+    let varied = scene(1.2).problem.model.with("w0", 0.8).unwrap();
+    assert_eq!(slopes(&varied), slopes(&scene(0.8).problem.model));
+    assert_ne!(slopes(&varied), slopes(&scene(1.2).problem.model));
+}
+
 #[test]
 fn a_force_that_jumps_is_followed_to_rounding() {
     for force in [F, 1e6] {

@@ -97,9 +97,13 @@ impl Planner<'_> {
     }
 
     /// A parameter of a built-in system that is computed from this one when the scene is read. In a
-    /// system of expressions it follows.
+    /// system of expressions, and in a drive, it follows.
     fn computed_from(&self, name: &str) -> Option<String> {
-        if matches!(self.problem.model, Model::Custom(_)) {
+        let model = match &self.problem.model {
+            Model::Driven(model, _) => model,
+            model => model,
+        };
+        if matches!(model, Model::Custom(_)) {
             return None;
         }
         let mentions = |text: &str| {
