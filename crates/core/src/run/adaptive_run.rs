@@ -15,6 +15,10 @@ use crate::system::{State, System};
 /// is rounding. A choice.
 const LONGEST_UNCONTROLLED: f64 = 512.0;
 
+/// The longest step across a break that is accepted whatever its estimated error, in unit roundoffs
+/// of the length of the run. Near t = 0 the roundings of 1 + t, within which a break of ⌊1 + t⌋ is
+/// not located, are far above those of t. A choice.
+const LONGEST_AT_BREAK: f64 = 64.0;
 /// The largest relative change of a step by which its end becomes a number of the scalar. A choice.
 const MOST_ROUNDED: f64 = 0.125;
 /// The longest step that counts as one of a standstill, in unit roundoffs of t: 4 to 8 spacings of
@@ -54,6 +58,7 @@ where
     pub(super) workspace: M::Workspace,
     tolerance: Tolerance,
     end: V::Scalar,
+    span: f64,
     controller: Controller,
     /// The usual first step times the square of a rounding: shorter ones lead nowhere. Near t = 0
     /// steps can become much shorter than a rounding of anything else.
@@ -111,6 +116,7 @@ where
             workspace,
             tolerance: *tolerance,
             end,
+            span,
             controller: Controller::new(h, control),
             shortest: shortest.max(f64::MIN_POSITIVE),
             at_standstill: 0,
@@ -175,8 +181,9 @@ where
             let Proposal { h, last, at_break } = proposal;
             let wanted = self.controller;
             // A run that ends at a break, to rounding, ends within the step across it.
-            let crosses =
-                (at_break || last) && is_uncontrolled(h, state.t.to_f64().abs().max(wanted.h));
+            let longest = LONGEST_AT_BREAK * V::Scalar::EPSILON * self.span;
+            let crosses = (at_break && h.to_f64() <= longest)
+                || (at_break || last) && is_uncontrolled(h, state.t.to_f64().abs().max(wanted.h));
             let outcome = self.method.attempt(self.system, h, state, &mut self.workspace);
             match outcome.and_then(|attempt| self.refuse_across(attempt, state)) {
                 Err(failure) => {

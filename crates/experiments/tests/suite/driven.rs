@@ -3,8 +3,9 @@
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::dynamics::Dynamics;
+use afterbay_analysis::study::trajectory::Steps;
 use afterbay_analysis::study::work_precision::Runs;
-use afterbay_analysis::study::{energy, global_order, trajectory, work_precision};
+use afterbay_analysis::study::{energy, events, global_order, trajectory, work_precision};
 use afterbay_core::accounts;
 use afterbay_experiments::record::Artifact;
 use afterbay_experiments::scene::Scene;
@@ -204,6 +205,68 @@ fn a_jump_is_followed(force: f64) {
             // steps.
             let k = row.k_drift / exact[2].abs();
             assert!(k < 1.5e-14, "{name}: K is off by {k:e} of its largest term");
+        }
+    }
+}
+
+/// The jumps of these forces are at the roundings of an argument, of which those at t = 0 are far
+/// above the roundings of t, or the force has a value of its own at t = 0.
+#[test]
+fn a_jump_at_a_rounding_of_its_argument_is_passed() {
+    type Force = fn(f64) -> f64;
+    let whole = |from: i32| (from..5).map(f64::from).collect::<Vec<_>>();
+    let half_turns = |omega: f64| (1..3).map(|k| f64::from(k) * PI / omega).collect::<Vec<_>>();
+    let forces: [(&str, Force, Vec<f64>); 7] = [
+        ("floor(cos(t))", |t| t.cos().floor(), vec![PI / 2.0, 1.5 * PI]),
+        ("floor(1 + t)", |t| (1.0 + t).floor(), whole(1)),
+        ("floor(2 - t)", |t| (2.0 - t).floor(), whole(1)),
+        ("floor(1e6 + t) - 1e6", f64::floor, whole(1)),
+        ("sign(ln(1 + t))", f64::signum, vec![]),
+        (
+            "sign(sin(1.3*t))*floor(1 + t)",
+            |t| (1.3 * t).sin().signum() * (1.0 + t).floor(),
+            [whole(1), half_turns(1.3)].concat(),
+        ),
+        (
+            "sign(sin(1.3*t)) + floor(1 + t)",
+            |t| (1.3 * t).sin().signum() + (1.0 + t).floor(),
+            [whole(1), half_turns(1.3)].concat(),
+        ),
+    ];
+    let end = 5.0;
+    for (text, force, mut times) in forces {
+        times.extend([0.0, end]);
+        times.sort_by(f64::total_cmp);
+        let (mut q, mut p) = (1.0, 0.0);
+        for part in times.windows(2) {
+            // A rotation about the place of rest under the force.
+            let (rest, (sin, cos)) =
+                (force(part[0].midpoint(part[1])), (part[1] - part[0]).sin_cos());
+            (q, p) = (rest + (q - rest) * cos + p * sin, p * cos - (q - rest) * sin);
+        }
+        let problem = Scene::read(&format!(
+            "[system]\nname = \"damped-oscillator\"\nparameters = {{ k = 1.0, b = 0.0 }}\n\
+             [drive]\nforce = \"{text}\"\n[initial]\nq = [1.0]\np = [0.0]\n\
+             [time]\nend = {end:?}\nstep = 0.01\n"
+        ))
+        .unwrap_or_else(|error| panic!("{text}: {error}"))
+        .problem;
+        for row in ADAPTIVE {
+            for tolerance in [1e-4, 1e-8, 1e-11] {
+                let steps = Steps { h: end, every: 1, tolerance: Some(tolerance) };
+                let (found, _) = events::run(&problem, row, steps, &[], &Silent).unwrap();
+                let name = format!("{text}, {} at {tolerance:e}", row.name);
+                assert!(found.ending.is_completed(), "{name}: {:?}", found.ending);
+                let last = found.rows.last().unwrap();
+                let off = (last.q[0] - q).hypot(last.p[0] - p);
+                // cos(t) is 1 up to t = 1.1e-8, and 1e6 + t is rounded to 1.2e-10.
+                let rounding = match text {
+                    "floor(cos(t))" => 1.1e-8,
+                    "floor(1e6 + t) - 1e6" => 1e-9,
+                    _ => 0.0,
+                };
+                assert!(off < 10.0 * tolerance + rounding, "{name}: off by {off:e}");
+            }
         }
     }
 }

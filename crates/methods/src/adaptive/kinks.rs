@@ -103,14 +103,20 @@ impl Kinks {
         }
     }
 
-    /// Compares the values at the points of the step.
-    pub(crate) fn passage(&self) -> Passage {
+    /// Compares the values at the points of a step h from t. A step of roundings of t passes a kink:
+    /// its stages may be beyond one that the points do not reach, and no shorter step shows more.
+    pub(crate) fn passage<T: Scalar>(&self, h: T, t: T) -> Passage {
+        if h.to_f64().abs() <= time_rounding(t) {
+            return Passage::Passed;
+        }
         let functions = || self.largest.iter().map(|largest| NOISE * largest).enumerate();
         let returns =
             |(k, noise)| self.changes_of_side(k, noise) > 1 || self.turns_near_zero(k, noise);
         if functions().any(returns) {
             Passage::Returned
-        } else if functions().any(|(k, _)| self.changes_of_side(k, 0.0) > 0) {
+        } else if functions()
+            .any(|(k, noise)| self.changes_of_side(k, 0.0) > 0 || self.leaves_zero(k, noise))
+        {
             Passage::Passed
         } else {
             Passage::Smooth
@@ -133,6 +139,13 @@ impl Kinks {
         changes
     }
 
+    /// Whether function k is zero at two successive points and not at all, as x - ⌊x⌋ where x is a
+    /// whole number to rounding for a while. A kink lies between.
+    fn leaves_zero(&self, k: usize, noise: f64) -> bool {
+        let zero = || self.points(k).map(|(_, x)| x.abs() <= noise);
+        zero().zip(zero().skip(1)).any(|(a, b)| a && b) && !zero().all(|zero| zero)
+    }
+
     /// Whether function k may pass zero and return between three successive points.
     fn turns_near_zero(&self, k: usize, noise: f64) -> bool {
         let ends = self.points(k).skip(2);
@@ -142,15 +155,18 @@ impl Kinks {
 }
 
 /// Whether the parabola through three points (t, x) on one side of zero turns between them, so near
-/// to zero that the function may pass it.
+/// to zero that the function may pass it. One that stays at zero from one point to the next does not
+/// turn.
 fn turns_near_zero([(t0, x0), (t1, x1), (t2, x2)]: [(f64, f64); 3], noise: f64) -> bool {
     let largest = x0.abs().max(x2.abs());
+    let stays = x1.abs() <= noise && x0.abs().min(x2.abs()) <= noise;
     let slope = (x1 - x0) / (t1 - t0);
     let bend = ((x2 - x1) / (t2 - t1) - slope) / (t2 - t0);
     let turn = 0.5 * (t0 + t1 - slope / bend);
     let least = x0 + (turn - t0) * (slope + bend * (turn - t1));
     let side = x1.signum();
     largest > noise
+        && !stays
         && side * bend > 0.0
         && t0 < turn
         && turn < t2
@@ -186,13 +202,13 @@ mod tests {
         }
     }
 
-    /// The passage of q(t) at five equally spaced times.
+    /// The passage of q(t) at five equally spaced times, from t = 0.
     fn passage(kinks: &mut Kinks, q: impl Fn(f64) -> f64) -> Passage {
         assert!(kinks.begin(&Wall, &[q(0.0)], &[0.0]));
         for t in [0.25, 0.5, 0.75, 1.0] {
             kinks.add(&Wall, t, [&[q(t)], &[0.0]]);
         }
-        kinks.passage()
+        kinks.passage(1.0, 0.0)
     }
 
     #[test]
@@ -213,6 +229,30 @@ mod tests {
             }
         }
         assert_eq!(of(|t| 0.5 - t * t / 2.5), Passage::Smooth, "it turns away from zero");
+    }
+
+    #[test]
+    fn a_function_that_is_zero_for_a_while_and_jumps_is_passed() {
+        for at in [0.1, 0.4, 0.9] {
+            for (before, after) in [(0.0, 1.0), (1.0, 0.0), (-1.0, -1e-16), (0.0, 1.0 - 1e-16)] {
+                let jump = |t: f64| if t < at { before } else { after };
+                let found = passage(&mut Kinks::default(), jump);
+                // With zero at one point only, the function may come from there.
+                let zeros = [0.0, 0.25, 0.5, 0.75, 1.0].iter().filter(|t| jump(**t).abs() < 1e-15);
+                let expected = if zeros.count() > 1 { Passage::Passed } else { Passage::Smooth };
+                assert_eq!(found, expected, "{at}: {before} {after}");
+            }
+        }
+        assert_eq!(passage(&mut Kinks::default(), |_| 0.0), Passage::Smooth);
+    }
+
+    #[test]
+    fn so_short_a_step_passes() {
+        let mut kinks = Kinks::default();
+        let near = |t: f64| (t - 0.5) * (t - 0.5) - 1e-3;
+        assert_eq!(passage(&mut kinks, near), Passage::Returned);
+        assert_eq!(kinks.passage(1e-15, 1.0), Passage::Passed);
+        assert_eq!(kinks.passage(1e-13, 1.0), Passage::Returned);
     }
 
     #[test]

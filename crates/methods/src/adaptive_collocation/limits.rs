@@ -35,7 +35,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         if !self.kinks.begin(system, state.q.as_slice(), state.p.as_slice()) {
             return smooth;
         }
-        match self.passage(system) {
+        match self.passage(system, state) {
             Passage::Smooth => smooth,
             passage => self.limits_across(passage, state, share),
         }
@@ -58,12 +58,16 @@ impl<V: Vector, const K: usize> Engine<V, K> {
 
     /// Looks for kinks between the start, the nodes and the end of the step.
     #[cold]
-    fn passage<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S) -> Passage {
+    fn passage<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+    ) -> Passage {
         let Self { kinks, gauss, trial, end, .. } = self;
         for ((&node, q), p) in gauss.nodes.iter().zip(&trial.q).zip(&trial.p) {
             kinks.add(system, node, [q.as_slice(), p.as_slice()]);
         }
         kinks.add(system, V::Scalar::one(), [end.q.as_slice(), end.p.as_slice()]);
-        kinks.passage()
+        kinks.passage(self.h, state.t)
     }
 }

@@ -37,10 +37,6 @@ impl<V: Vector> Workspace<V> {
         B: Embedded,
         S: System<V::Scalar> + ?Sized,
     {
-        // Stages may be beyond a kink that the points of so short a step do not reach.
-        if self.length <= time_rounding(state.t) {
-            return Passage::Passed;
-        }
         let Self { stages, kinks, end: End { q, p, .. }, between, .. } = self;
         let [first, last] = [stages.slopes(0), stages.slopes(B::ROWS.len() - 1)];
         let parts = [(&state.q, &*q, first[0], last[0]), (&state.p, &*p, first[1], last[1])];
@@ -60,7 +56,7 @@ impl<V: Vector> Workspace<V> {
             kinks.add(system, s, [q.as_slice(), p.as_slice()]);
         }
         kinks.add(system, V::Scalar::one(), [q.as_slice(), p.as_slice()]);
-        kinks.passage()
+        kinks.passage(h, state.t)
     }
 
     /// Allows for the changes of q and p in the roundings of t to which the time of a kink is

@@ -122,7 +122,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let shift = self.kept_h.map(|kept| [V::Scalar::one(), h / kept]);
         let rejected = std::mem::replace(&mut self.rejected, true);
         self.solve(system, h, state, allowed, shift, &mut effort)?;
-        let passage = self.passage(system, state);
+        let passage = self.passage(system, h, state);
         let smooth = passage == Passage::Smooth;
         if !smooth {
             let Self { start, trial, .. } = self;
@@ -207,7 +207,12 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     }
 
     /// Looks for kinks between the start and the stages.
-    fn passage<F: System<V::Scalar> + ?Sized>(&mut self, system: &F, state: &State<V>) -> Passage {
+    fn passage<F: System<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        h: V::Scalar,
+        state: &State<V>,
+    ) -> Passage {
         if !self.kinks.begin(system, state.q.as_slice(), state.p.as_slice()) {
             return Passage::Smooth;
         }
@@ -216,7 +221,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             let Self { kinks, tables, at: [q, p], .. } = self;
             kinks.add(system, tables.nodes[stage], [q.as_slice(), p.as_slice()]);
         }
-        self.kinks.passage()
+        self.kinks.passage(h, state.t)
     }
 
     /// Computes the end of a step with too large an error, with K exact if the system is driven.
