@@ -53,7 +53,7 @@ fn described(scene: &Scene) -> String {
     let (name, dof, timed) = (model.name(), model.degrees(), timed(model));
     let freedom = if dof == 1 { "degree" } else { "degrees" };
     let drive = match model.drive_period() {
-        Some(period) => format!(", {timed} with period {period}"),
+        Some(period) => format!(", {timed} with period {}", in_full(period)),
         None if timed.is_empty() => String::new(),
         None => format!(", {timed} without a known period"),
     };

@@ -31,7 +31,8 @@ fn names(
     for (name, value) in values.chain(definitions.iter().map(|(name, _)| (name, 0.0))) {
         let why = match name.as_str() {
             _ if !is_name(name) => {
-                "a name is made of letters, digits and underscores, the first no digit"
+                "a name is made of the letters a to z, also capital, digits and underscores, the first no \
+                 digit"
             }
             _ if is_reserved(name) => "the name means something else",
             "i" => "i is the number of the degree of freedom",
