@@ -39,10 +39,8 @@ impl<V: Vector> Workspace<V> {
         let mut q = add(a, &state.q, [&mut self.dq, &mut self.q_mean, &mut self.q]);
         let mut p = add(b, &state.p, [&mut self.dp, &mut self.p_mean, &mut self.p]);
         let finite = (q.correction + p.correction).is_finite();
-        let mut supplied = 0.0;
         if self.has_motors {
             [q, p] = self.largest_of_free(state);
-            supplied = self.correction_of_supply(state);
         }
         // The rounding of λ enters q through h λ Δp and p through h λ (Δq + R Δp), and cannot be
         // resolved either.
@@ -52,7 +50,10 @@ impl<V: Vector> Workspace<V> {
         let gain = self.gain;
         let beside =
             |q_scale, p_scale| share(q.correction, q_scale).max(share(p.correction, p_scale));
-        let size = beside(q_scale, p_scale).max(supplied);
+        let mut size = beside(q_scale, p_scale);
+        if self.has_motors {
+            size = size.max(self.correction_of_supply(state));
+        }
         let p_terms = h.to_f64().abs().mul_add(self.force_rounding, p_scale);
         let noise_share = beside(gain.mul_add(p_terms, q_scale), gain.mul_add(q_scale, p_terms));
         let size = if finite { size } else { f64::NAN };
