@@ -59,8 +59,8 @@ pub struct ResonanceRow {
     pub frequency: f64,
     /// `up` or `down`: the order in which frequencies are taken.
     pub branch: Way,
-    /// max |q_j| over the measured periods, one entry for each degree of freedom. Of an angle it is
-    /// the least one, if its whole range is moved by turns.
+    /// max |q_j| over the measured periods, one entry for each degree of freedom. The range
+    /// of an angle is moved by whole turns, so that its amplitude is least.
     pub amplitude: Vec<Option<f64>>,
     /// The energy that the drive supplies in a period, the mean of the measured periods. It
     /// includes the energy that V(q, t) pumps.
@@ -275,7 +275,7 @@ impl<'a> Turns<'a> {
     }
 }
 
-/// The largest |q| of a range; of that of an angle, moved by whole turns so that it is least.
+/// The largest |q| of a range. The range of an angle is moved by whole turns, so that this is least.
 fn largest([least, most]: [f64; 2], period: Option<f64>) -> f64 {
     let middle = least.midpoint(most);
     let turns = period.map_or(0.0, |period| middle - nearest(middle, period));

@@ -78,7 +78,7 @@ fn prose(plan: &DynamicsPlan<Basins>, model: &Model) -> String {
          when they fill a region of the same extent all along{}. One that still moves towards \
          something, or away, is unsettled. One that comes to an equilibrium or a cycle from which \
          small displacements grow lies on a boundary, and reaches no attractor. No more than \
-         {MOST_ATTRACTORS} attractors are told apart: runs to others reach none. The boundary \
+         {MOST_ATTRACTORS} attractors are told apart: a run to another reaches none. The boundary \
          between basins has the dimension 2 - α, where the share of cells with a cell of another \
          attractor at a distance ε grows like ε^α; runs that fail count as one basin there, and \
          other cells without an attractor are left out.{}",

@@ -139,8 +139,8 @@ impl Kinks {
         changes
     }
 
-    /// Whether function k is zero at two successive points and not at all, as x - ⌊x⌋ where x is a
-    /// whole number to rounding for a while. A kink lies between.
+    /// Whether function k is zero at two successive points but not at all points, as x - ⌊x⌋ where x
+    /// is a whole number to rounding for a while. A kink lies between.
     fn leaves_zero(&self, k: usize, noise: f64) -> bool {
         let zero = || self.points(k).map(|(_, x)| x.abs() <= noise);
         zero().zip(zero().skip(1)).any(|(a, b)| a && b) && !zero().all(|zero| zero)
