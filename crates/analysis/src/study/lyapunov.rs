@@ -404,7 +404,7 @@ mod tests {
         assert!((row.mean_divergence.unwrap() + 2.0).abs() < 1e-14);
         // Rates that last for four intervals are a quarter as many: the error is twice that of
         // forty independent ones.
-        let rate = |k: usize| if k / 4 % 2 == 0 { 1.0 } else { -1.0 };
+        let rate = |k: usize| if (k / 4).is_multiple_of(2) { 1.0 } else { -1.0 };
         let lasting: Vec<_> = (0..40).map(|k| interval(rate(k))).collect();
         let error = of_intervals(&lasting, "rk4", 0.1).standard_errors[0].unwrap();
         assert!((error - (1.0_f64 / 9.0).sqrt()).abs() < 1e-14, "{error}");
