@@ -31,7 +31,7 @@ fn names(
     for (name, value) in values.chain(definitions.iter().map(|(name, _)| (name, 0.0))) {
         let why = match name.as_str() {
             _ if !is_name(name) => {
-                "a name is made of the letters a to z, also capital, digits and underscores, the first no \
+                "a name is made of letters (a to z, A to Z), digits and underscores, the first no \
                  digit"
             }
             _ if is_reserved(name) => "the name means something else",
