@@ -44,6 +44,11 @@ pub enum LinearSolver {
     Dense,
 }
 
+impl LinearSolver {
+    /// All solvers.
+    pub const ALL: [Self; 5] = [Self::Small, Self::Chain, Self::Ring, Self::Sparse, Self::Dense];
+}
+
 /// The number of unknowns from which faer's dense LU is faster than `Small`.
 pub(crate) const SMALL: usize = 32;
 
@@ -153,14 +158,6 @@ fn usable<T: Number>(pivot: T) -> bool {
 mod tests {
     use super::*;
 
-    const SOLVERS: [LinearSolver; 5] = [
-        LinearSolver::Small,
-        LinearSolver::Chain,
-        LinearSolver::Ring,
-        LinearSolver::Sparse,
-        LinearSolver::Dense,
-    ];
-
     /// The solvers and their matrices: a tridiagonal one, and for all but `Chain` one of a ring.
     fn matrices(n: usize) -> impl Iterator<Item = (LinearSolver, Vec<(usize, usize, f64)>)> {
         let ring = move || {
@@ -170,7 +167,7 @@ mod tests {
             }
             entries
         };
-        SOLVERS.into_iter().flat_map(move |solver| {
+        LinearSolver::ALL.into_iter().flat_map(move |solver| {
             let closed = (solver != LinearSolver::Chain).then(|| (solver, ring()));
             [(solver, entries(n))].into_iter().chain(closed)
         })
@@ -236,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_is_said_to_be_singular() {
-        for solver in SOLVERS {
+        for solver in LinearSolver::ALL {
             let pattern = (0..40).map(|i| (i, i)).collect();
             let mut matrix = Matrix::<f64>::new(solver, 40, pattern).unwrap();
             matrix.values().fill(0.0);

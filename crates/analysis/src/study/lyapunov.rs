@@ -17,21 +17,15 @@
 //! decomposition, and must equal it to rounding. As h → 0 the sum converges to the mean of the
 //! divergence of the equations, -Σ ∂D_j/∂p_j.
 //!
-//! The standard error is that of the mean of the rates over the intervals between two rows:
-//! s/√n, with s the standard deviation of n rates. It counts intervals as independent. In chaos
-//! correlations may last for many intervals, so intervals are also joined to blocks of 2, 4, ..,
-//! of which there are at least ten, and the largest of these errors is given (H. Flyvbjerg and
-//! H. G. Petersen, J. Chem. Phys. 91 (1989) 461-466). In periodic and quasiperiodic motion the
-//! error falls as 1/t, and the standard error overestimates it.
-//!
-//! It does not cover growth like a power of t. Neighbours on orbits of different periods, as those
-//! of planets, separate like t, and a finite time gives ln(c t)/t in place of 0. Their distance
-//! grows by 2^k from t/2 to t, whatever t is, where it grows like t^k, and by exp(λt/2) in chaos.
-//! [`Spectrum::power`] is this k.
+//! The standard errors do not cover growth like a power of t. Neighbours on orbits of different
+//! periods, as those of planets, separate like t, and a finite time gives ln(c t)/t in place of 0.
+//! Their distance grows by 2^k from t/2 to t, whatever t is, where it grows like t^k, and by
+//! exp(λt/2) in chaos. [`Spectrum::power`] is this k.
 //!
 //! [`Tangent`]: super::tangent::Tangent
 
 mod growth;
+mod standard_error;
 mod walk;
 
 use super::dynamics::{Dynamics, PiecePlan};
@@ -43,18 +37,15 @@ use super::{Problem, numbered};
 use crate::Model;
 use crate::progress::{Piece, Progress};
 use crate::words::{Word, by_name, word};
-use afterbay_core::{Grid, InputError, larger_or_nan};
+use afterbay_core::{Grid, InputError};
 use afterbay_methods::registry::Row;
 use growth::Growth;
 use serde::{Deserialize, Serialize};
-use std::iter;
+use standard_error::standard_error;
 use walk::Walk;
 
 /// The most steps of a run. Their numbers are exact in `f64` up to about 9.007e15.
 const MOST_STEPS: f64 = 9e15;
-
-/// The least number of blocks of more than one interval for a standard error. A choice.
-const LEAST_BLOCKS: usize = 10;
 
 /// The Lyapunov exponents of a problem.
 #[derive(Clone, Debug)]
@@ -236,23 +227,9 @@ fn of_intervals(intervals: &[Growth], method: &'static str, h: f64) -> LyapunovR
         (t > 0.0).then_some(total / t)
     };
     let exponents: Vec<_> = (0..size).map(|i| mean(&|growth| growth.logs[i])).collect();
-    let standard_error = |i: usize| {
-        let mean = exponents[i].filter(|_| intervals.len() > 1)?;
-        let of_blocks = |length: usize| {
-            let off = |block: &[Growth]| {
-                let log: f64 = block.iter().map(|growth| growth.logs[i]).sum();
-                log / (h * block.iter().map(|growth| growth.steps).sum::<u64>() as f64) - mean
-            };
-            let n = (intervals.len() / length) as f64;
-            let square: f64 = intervals.chunks_exact(length).map(|block| off(block).powi(2)).sum();
-            (square / (n * (n - 1.0))).sqrt()
-        };
-        let blocks = |length: &usize| intervals.len() / length >= LEAST_BLOCKS;
-        let joined = iter::successors(Some(2), |length| Some(2 * length)).take_while(blocks);
-        Some(joined.map(of_blocks).fold(of_blocks(1), larger_or_nan))
-    };
     let sum = exponents.iter().copied().sum();
-    let mut spectrum: Vec<_> = (0..size).map(|i| (exponents[i], standard_error(i))).collect();
+    let mut spectrum: Vec<_> =
+        (0..size).map(|i| (exponents[i], standard_error(intervals, i, h))).collect();
     // Over a short time, two exponents that differ by little come out in either order.
     let value = |exponent: Option<f64>| exponent.unwrap_or(f64::NEG_INFINITY);
     spectrum.sort_by(|a, b| value(b.0).total_cmp(&value(a.0)));

@@ -318,13 +318,7 @@ impl Curvature<f64> for Nobody {
 
 #[test]
 fn no_degrees_of_freedom_are_nothing_to_do() {
-    for solver in [
-        LinearSolver::Small,
-        LinearSolver::Chain,
-        LinearSolver::Ring,
-        LinearSolver::Sparse,
-        LinearSolver::Dense,
-    ] {
+    for solver in LinearSolver::ALL {
         let mut state = State::new(vec![], vec![]).unwrap();
         let method = Gonzalez { solver: Some(solver) };
         let nobody: &Curved<f64> = &Nobody;

@@ -14,13 +14,6 @@ use nalgebra::{DVector, SVector};
 use std::sync::Arc;
 
 const METHOD: Gonzalez = Gonzalez { solver: None };
-const SOLVERS: [LinearSolver; 5] = [
-    LinearSolver::Small,
-    LinearSolver::Chain,
-    LinearSolver::Ring,
-    LinearSolver::Sparse,
-    LinearSolver::Dense,
-];
 
 /// Checks that the slopes of the global errors of q, p and w at t = 1 are 2, and K.
 pub(crate) fn check_order<T: Number>(
@@ -87,7 +80,7 @@ fn every_linear_solver_leads_to_the_same_state() {
             Ok(numbers(&carry(method, system, 10, q.clone(), p.clone())))
         };
         let chosen: Vec<f64> = end(METHOD).unwrap();
-        for solver in SOLVERS {
+        for solver in LinearSolver::ALL {
             match end(Gonzalez { solver: Some(solver) }) {
                 Ok(found) => {
                     for (a, b) in chosen.iter().zip(&found) {
@@ -103,7 +96,7 @@ fn every_linear_solver_leads_to_the_same_state() {
     let general = [LinearSolver::Small, LinearSolver::Sparse, LinearSolver::Dense];
     let of_rings = [&general[..], &[LinearSolver::Ring]].concat();
     for n in [3, 50] {
-        check(&Springs::chain(n, 0.2), start(n), &SOLVERS);
+        check(&Springs::chain(n, 0.2), start(n), &LinearSolver::ALL);
     }
     for n in [4, 5, 7, 50] {
         check(&Springs::ring(n, 0.2), start(n), &of_rings);

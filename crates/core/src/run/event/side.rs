@@ -36,13 +36,13 @@ impl Side {
     /// Records an event at a zero with this value: the function is then beyond zero, or back on its
     /// side if the event `turned` it there.
     pub(super) fn happen(&mut self, value: f64, scale: f64, turned: bool) {
-        let value = match self.at_zero {
+        let noise = match self.at_zero {
             // It has not left zero since the last event. Its value must not count as a new
             // rounding: the noise would grow from event to event, until a wall is passed.
-            Some(noise) if value.abs() <= noise => noise / EVENT_ROUNDINGS,
-            _ => value.abs(),
+            Some(noise) if value.abs() <= noise => noise,
+            _ => EVENT_ROUNDINGS * value.abs(),
         };
-        let noise = EVENT_ROUNDINGS * value.max(f64::EPSILON * scale);
+        let noise = noise.max(EVENT_ROUNDINGS * f64::EPSILON * scale);
         let sign = if turned { self.sign } else { -self.sign };
         *self = Self { sign, at_zero: Some(noise), turned };
     }
