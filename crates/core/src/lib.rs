@@ -43,7 +43,7 @@ pub use run::{
     Adaptive, AdaptiveRun, Attempt, Direction, Effort, Event, EventState, Every, Grid, Method,
     Observer, OnEvent, STEPS_OF_BLOCK, Statistics, StepControl, TakeStep, Tolerance, Watch,
     integrate, integrate_controlled, integrate_in, integrate_with_events, integrate_within,
-    sample_within,
+    sample_within, step_in_parts,
 };
 pub use system::{
     Abilities, Accounts, Clocked, Correction, Coupling, Curvature, Dissipation, DissipationForm,

@@ -17,7 +17,7 @@ pub use adaptive_run::{AdaptiveRun, Statistics};
 pub use controller::StepControl;
 pub use event::{Direction, Event, EventState, OnEvent, TakeStep, Watch, integrate_with_events};
 pub use grid::Grid;
-pub use integrate::{integrate, integrate_in};
+pub use integrate::{integrate, integrate_in, step_in_parts};
 pub use method::{Adaptive, Attempt, Effort, Method};
 pub use observer::{Every, Observer};
 pub use reservoir::STEPS_OF_BLOCK;

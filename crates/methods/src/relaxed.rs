@@ -28,7 +28,8 @@
 //! no γ within ½ of 1 conserves K. This happens beyond the limit of stability, which relaxation
 //! does not change (|hλ| ≈ 2.8 for rk4), and where f·H''f, the curvature of H along the step, is so
 //! small that K hardly depends on γ; for example on the flanks of a double well, where it changes
-//! sign. Steps so short that they change K by roundings alone have γ = 1, and these roundings are
+//! sign. Systems whose V or D has kinks in t are refused: the step that ends late by
+//! its error may cross one, which moves γ and the time of the state. Steps so short that they change K by roundings alone have γ = 1, and these roundings are
 //! taken from the largest Δw_j. The scalar must hold one number: there are no lanes.
 
 mod direction;
@@ -100,6 +101,11 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        if system.has_breaks() {
+            let why = "V or D has a kink in t, and a step that ends late by its error may cross it: \
+                       take another method, or put the force in [drive]";
+            return Err(InputError::Unsupported { method: "relaxed", why });
+        }
         let n = system.dof();
         let stages = match self.0 {
             Scheme::Classical => Classical::ROWS.len(),

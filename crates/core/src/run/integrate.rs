@@ -6,10 +6,14 @@ use super::observer::Observer;
 use super::reservoir::{Reservoir, STEPS_OF_BLOCK};
 use super::undefined::or_undefined;
 use crate::error::{InputError, IntegrateError, RunError, StepFailure};
-use crate::numbers::{Scalar, Vector};
+use crate::numbers::{Mask, Scalar, Vector};
 use crate::quantity::Quantity;
 use crate::system::{State, System};
 use std::ops::ControlFlow;
+
+/// The longest part of a step that passes a break, in roundings of the time. A break is passed in a
+/// few tens of them.
+const ROUNDINGS_AT_BREAK: f64 = 256.0;
 
 /// Integrates over the grid from `state` and passes the states that `observer` asks for. The times
 /// are `t + n h`, with t the time of the initial state.
@@ -76,7 +80,8 @@ where
     }
     let in_parts = !system.dissipation_form().zero && !method.sums_reservoir();
     let mut reservoir = Reservoir::begin(state, remainder, in_parts);
-    let outcome = if system.may_be_singular() && !method.refuses_singularities() {
+    let examined = system.may_be_singular() && !method.refuses_singularities();
+    let outcome = if examined || system.has_breaks() {
         examined_blocks(method, system, grid, state, &mut reservoir, workspace, observer)
     } else {
         blocks(method, system, grid, state, &mut reservoir, workspace, observer)
@@ -133,7 +138,12 @@ where
                     done += good;
                     current.t = time(done);
                     // A copy, for the reason given at `current`.
-                    let failure = or_undefined(system, &current.clone(), done == 0, failure);
+                    let mut last = current.clone();
+                    if last.set_tiny_to_zero() {
+                        current = last;
+                        continue;
+                    }
+                    let failure = or_undefined(system, &last, done == 0, failure);
                     outcome = Err(failed(done + 1, done, failure));
                 }
             }
@@ -160,8 +170,8 @@ where
     Ok(effort)
 }
 
-/// The time loop for a system that may be singular: it refuses the first step that crosses a
-/// singularity of H.
+/// The time loop for a system that may be singular or has breaks: it refuses the first step that
+/// crosses a singularity of H, and divides steps at the breaks.
 ///
 /// It is marked as cold and not as never to be inlined. The latter would compile it for every
 /// system, while the call now disappears where the system has no singularities.
@@ -185,9 +195,12 @@ where
     let start = state.t;
     for step in 1..=grid.steps {
         before.copy(state);
-        let taken = method
-            .steps(system, grid.h, 1, state, workspace)
-            .map_err(|(_, failure)| or_undefined(system, &before, step == 1, failure));
+        let mut taken = step_in_parts(method, system, grid.h, state, workspace);
+        if taken.is_err() && state.set_tiny_to_zero() {
+            before.copy(state);
+            taken = step_in_parts(method, system, grid.h, state, workspace);
+        }
+        let taken = taken.map_err(|failure| or_undefined(system, &before, step == 1, failure));
         let examined = taken.and_then(|spent| {
             check_between(system, before.q.as_slice(), state.q.as_slice()).map(|()| spent)
         });
@@ -214,6 +227,75 @@ where
         }
     }
     Ok(effort)
+}
+
+/// Takes one step of a method, in parts that end at the breaks of the system
+/// ([`System::has_breaks`]). There are no lanes where it has breaks.
+///
+/// # Errors
+/// A [`StepFailure`] of a part; the state is then unchanged.
+#[inline(always)]
+pub fn step_in_parts<V, S, M>(
+    method: &M,
+    system: &S,
+    h: V::Scalar,
+    state: &mut State<V>,
+    workspace: &mut M::Workspace,
+) -> Result<Effort, StepFailure>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+{
+    let zero = V::Scalar::zero();
+    if !system.has_breaks() || h.le(zero).all() {
+        return method.step(system, h, state, workspace);
+    }
+    let (mut effort, mut left, before) = (Effort::default(), h, state.clone());
+    let clock = system.dof() - system.motors();
+    while zero.lt(left).all() {
+        let part = system.step_between_breaks(state.q.as_slice(), left);
+        effort += if is_at_break(part, state.q.as_slice()[clock]) {
+            pass_break(method, system, part, state, workspace)
+        } else {
+            let taken = method.step(system, part, state, workspace);
+            taken.inspect_err(|_| state.copy(&before))?
+        };
+        left -= part;
+    }
+    Ok(effort)
+}
+
+/// Whether a part of a step is so short that it passes a break.
+fn is_at_break<T: Scalar>(part: T, time: T) -> bool {
+    part.le(T::from_f64(ROUNDINGS_AT_BREAK * f64::EPSILON) * time.abs()).all()
+}
+
+/// Passes a break by a step of a few roundings of the time, or where the motion stands if the
+/// method fails there. The energy pumped is that by which K would change: the method evaluates
+/// ∂V/∂t on both sides of the break.
+#[cold]
+fn pass_break<V, S, M>(
+    method: &M,
+    system: &S,
+    part: V::Scalar,
+    state: &mut State<V>,
+    workspace: &mut M::Workspace,
+) -> Effort
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+    M: Method<V, S> + ?Sized,
+{
+    let clock = system.dof() - system.motors();
+    let (energy, held) = (state.energy(system), state.reservoir());
+    let taken = method.step(system, part, state, workspace);
+    if taken.is_err() {
+        state.q.as_mut_slice()[clock..].iter_mut().for_each(|time| *time += part);
+    }
+    let pumped = state.energy(system) - energy + (state.reservoir() - held);
+    state.p.as_mut_slice()[clock] -= pumped;
+    taken.unwrap_or_default()
 }
 
 /// Refuses a step between whose ends H is singular.

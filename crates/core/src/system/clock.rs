@@ -154,6 +154,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Clocked<S> {
         self.system.step_between_breaks(q, h)
     }
 
+    fn has_breaks(&self) -> bool {
+        self.system.has_breaks()
+    }
+
     fn may_be_singular(&self) -> bool {
         self.system.may_be_singular()
     }

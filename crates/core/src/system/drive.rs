@@ -295,6 +295,10 @@ impl<T: Scalar, S: System<T> + ?Sized, D: Drive<T> + ?Sized> System<T> for Drive
         times.first().map_or(h, |&t| self.drive.step_between_breaks(t, h))
     }
 
+    fn has_breaks(&self) -> bool {
+        self.system.has_breaks()
+    }
+
     fn may_be_singular(&self) -> bool {
         self.system.may_be_singular() || self.drive.may_be_singular()
     }

@@ -82,6 +82,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
         (**self).step_between_breaks(q, h)
     }
     #[inline]
+    fn has_breaks(&self) -> bool {
+        (**self).has_breaks()
+    }
+    #[inline]
     fn may_be_singular(&self) -> bool {
         (**self).may_be_singular()
     }

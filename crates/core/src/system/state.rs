@@ -120,17 +120,22 @@ impl<V: Vector> State<V> {
         Self { q: V::zeros(0), p: V::zeros(0), w: V::zeros(0), t: V::Scalar::zero() }
     }
 
-    /// Sets entries of q and p below [`AT_REST`] to 0. Their energy underflows, and arithmetic on
-    /// the subnormal numbers that end a long decay is six times slower.
-    pub(crate) fn set_tiny_to_zero(&mut self) {
-        let rest = V::Scalar::from_f64(AT_REST);
+    /// Sets entries of q and p below [`AT_REST`] to 0, and returns whether there are any but 0.
+    /// Their energy underflows, arithmetic on the subnormal numbers that end a long decay is six
+    /// times slower, and steps between such numbers may fail.
+    pub(crate) fn set_tiny_to_zero(&mut self) -> bool {
+        let (rest, zero) = (V::Scalar::from_f64(AT_REST), V::Scalar::zero());
+        let mut found = false;
         for part in [&mut self.q, &mut self.p] {
             for x in part.as_mut_slice() {
                 if x.abs().lt(rest).any() {
                     cold_path();
-                    *x = V::Scalar::select(x.abs().lt(rest), V::Scalar::zero(), *x);
+                    let kept = V::Scalar::select(x.abs().lt(rest), zero, *x);
+                    found |= kept != *x;
+                    *x = kept;
                 }
             }
         }
+        found
     }
 }

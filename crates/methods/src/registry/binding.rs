@@ -80,8 +80,9 @@ impl<M: Binding> AnyFixed for M {
     }
     fn in_lanes(&self, target: &Target<'_, f64x8>) -> Bound<f64x8> {
         match M::LANES {
-            Some(bind) => bind(self, target),
-            None => Err(target.no_lanes()),
+            // Lanes whose parameters differ may have their breaks at different times.
+            Some(bind) if !target.system.has_breaks() => bind(self, target),
+            _ => Err(target.no_lanes()),
         }
     }
     fn delta_poles(&self) -> &'static [Equation] {

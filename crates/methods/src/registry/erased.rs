@@ -4,7 +4,7 @@ use super::run::{Part, Run, Show, named};
 use afterbay_core::{
     Adaptive, AdaptiveRun, Effort, Every, Grid, InputError, IntegrateError, Mask, Method, Observer,
     Quantity, RunError, Scalar, State, StateRef, Statistics, StepControl, System, Tolerance,
-    Vector, Watch, integrate_in, integrate_within, sample_within,
+    Vector, Watch, integrate_in, integrate_within, sample_within, step_in_parts,
 };
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -211,8 +211,8 @@ where
 
     fn step(&self, h: V::Scalar, place: Place<'_, V::Scalar>) -> Result<Effort, IntegrateError> {
         let mut state = place.take::<V>();
-        let outcome =
-            self.within(|workspace| self.method.step(&*self.system, h, &mut state, workspace));
+        let (method, system) = (&self.method, &*self.system);
+        let outcome = self.within(|kept| step_in_parts(method, system, h, &mut state, kept));
         let t = state.t.to_f64();
         place.put(&state);
         Ok(outcome.map_err(|failure| RunError { step: 1, t, failure })?)

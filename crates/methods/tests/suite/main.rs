@@ -11,6 +11,7 @@ mod adaptive_samples;
 mod adaptive_stiff;
 mod adaptive_units;
 mod bind;
+mod breaks;
 mod cancelling_terms;
 mod catalog;
 mod chain_memory;

@@ -117,3 +117,19 @@ fn motion_that_decays_below_the_least_number_goes_on() {
         }
     }
 }
+
+/// Steps that lose so much that a block of steps ends far below the least number.
+#[test]
+fn long_steps_decay_below_the_least_number() {
+    let start = State::new(vec![1.0], vec![0.2]).unwrap();
+    for (b, h) in [(1.0, 1.0), (1.0, 2.0), (2.0, 0.25)] {
+        let system = oscillator(1.0, b);
+        for row in FIXED.iter().filter(|row| row.a_stable && row.poles().is_empty()) {
+            let Ok(run) = system.bind::<f64>(row, As::Linear) else { continue };
+            let (mut state, grid) = (start.clone(), Grid::of(h, 6000).unwrap());
+            let done = run.run(grid, &mut state, u64::MAX, &mut |_, _| ControlFlow::Continue(()));
+            assert!(done.is_ok(), "{} with b = {b}, h = {h}: {done:?}", row.name);
+            assert_eq!((state.q[0], state.p[0]), (0.0, 0.0), "{} with b = {b}", row.name);
+        }
+    }
+}

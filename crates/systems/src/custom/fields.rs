@@ -200,6 +200,11 @@ impl<T: Scalar> System<T> for Custom<T> {
     }
 
     #[inline(always)]
+    fn has_breaks(&self) -> bool {
+        self.shape.breaks.as_ref().is_some_and(|breaks| !breaks.is_empty())
+    }
+
+    #[inline(always)]
     fn may_be_singular(&self) -> bool {
         self.shape.may_be_singular
     }
