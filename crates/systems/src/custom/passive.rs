@@ -75,29 +75,22 @@ pub(super) fn matrix(
     Some(matrix)
 }
 
-/// Whether the symmetric part of R is positive semidefinite to rounding. It is factored as L Δ Lᵀ:
-/// no entry of Δ may be negative, and below an entry of 0 the column must be 0.
+/// Whether the symmetric part of R is positive semidefinite to rounding, in any units. It is scaled
+/// to ones on the diagonal and factored as L Δ Lᵀ: no entry of Δ may be negative, and below an entry
+/// of 0 the column must be 0.
 fn semidefinite(n: usize, entries: &[(usize, usize, f64)]) -> bool {
-    // Rows of the upper triangle, by columns.
-    let mut rows: Vec<BTreeMap<usize, f64>> = vec![BTreeMap::new(); n];
-    for &(i, k, x) in entries {
-        let share = if i == k { x } else { 0.5 * x };
-        *rows[i.min(k)].entry(i.max(k)).or_default() += share;
-    }
-    let diagonal =
-        |rows: &[BTreeMap<usize, f64>], i: usize| rows[i].get(&i).copied().unwrap_or(0.0);
-    let largest = (0..n).fold(0.0, |most: f64, i| most.max(diagonal(&rows, i).abs()));
-    let rounding = 4.0 * f64::EPSILON * (1.0 + n as f64) * largest;
+    let Some(mut rows) = scaled(n, entries) else { return false };
+    let rounding = 4.0 * f64::EPSILON * (1.0 + n as f64);
     for i in 0..n {
         let row: Vec<(usize, f64)> = rows[i].range(i + 1..).map(|(&k, &x)| (k, x)).collect();
-        let pivot = diagonal(&rows, i);
+        let pivot = rows[i].get(&i).copied().unwrap_or(0.0);
         if pivot.is_nan() || pivot < -rounding {
             return false;
         }
         if pivot <= rounding {
             // Rounding makes a column beside a zero of Δ as large as the square root of the
             // rounding.
-            if !row.iter().all(|&(_, x)| x * x <= rounding * largest) {
+            if !row.iter().all(|&(_, x)| x * x <= rounding) {
                 return false;
             }
             continue;
@@ -109,4 +102,26 @@ fn semidefinite(n: usize, entries: &[(usize, usize, f64)]) -> bool {
         }
     }
     true
+}
+
+/// The upper triangle of the symmetric part of R, by rows, with the entries divided by the roots of
+/// their diagonal entries. `None` where a diagonal entry is negative, or 0 beside an entry that is
+/// not: then R is not positive semidefinite.
+fn scaled(n: usize, entries: &[(usize, usize, f64)]) -> Option<Vec<BTreeMap<usize, f64>>> {
+    let mut rows: Vec<BTreeMap<usize, f64>> = vec![BTreeMap::new(); n];
+    for &(i, k, x) in entries {
+        let share = if i == k { x } else { 0.5 * x };
+        *rows[i.min(k)].entry(i.max(k)).or_default() += share;
+    }
+    let roots: Vec<f64> =
+        (0..n).map(|i| rows[i].get(&i).map_or(0.0, |diagonal| diagonal.sqrt())).collect();
+    for (i, row) in rows.iter_mut().enumerate() {
+        for (&k, x) in row.iter_mut().filter(|(_, x)| **x != 0.0) {
+            *x = *x / roots[i] / roots[k];
+            if !x.is_finite() {
+                return None;
+            }
+        }
+    }
+    Some(rows)
 }

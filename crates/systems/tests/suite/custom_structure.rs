@@ -146,6 +146,24 @@ fn friction_is_passive_in_sum_if_it_is_in_every_lane() {
     }
 }
 
+/// The answer is the same in all units of q1, in which the entries differ by many magnitudes.
+#[test]
+fn friction_is_passive_in_sum_in_any_units() {
+    let forces = DissipationText::Forces(texts(&["a*v1 + c*v2 + g*v3", "c*v1 + v2", "v3 - g*v1"]));
+    for unit in [1e-150_f64, 1e-15, 1.0, 1e12, 1e150] {
+        let passive = |a: f64, c: f64| {
+            let parameters = [("a", a * unit * unit), ("c", c * unit), ("g", 0.3 * unit)];
+            system("q1^2 + q2^2 + q3^2", forces.clone(), &parameters).dissipation_form().passive
+        };
+        for (a, c) in [(2.0, 1.0), (1.0, 1.0), (1.0, -1.0), (0.0, 0.0)] {
+            assert_eq!(passive(a, c), Passive::InSum, "a = {a}, c = {c} in units {unit:e}");
+        }
+        for (a, c) in [(1.0, 1.001), (0.0, 1e-3), (-1e-3, 0.0), (-1e-17, 0.0)] {
+            assert_eq!(passive(a, c), Passive::No, "a = {a}, c = {c} in units {unit:e}");
+        }
+    }
+}
+
 #[test]
 fn a_friction_matrix() {
     for (rows, masses, expected) in [
