@@ -10,7 +10,9 @@ mod orders;
 mod projection;
 mod rates;
 
-pub(crate) use budget::{Budget, ROUNDINGS, SHARES, Sizes, largest, largest_of_first, scales};
+pub(crate) use budget::{
+    Budget, ROUNDINGS, SHARES, Sizes, scales, size_of_first_or_nan, size_or_nan,
+};
 pub(crate) use end::End;
 pub(crate) use kinks::{KINK_ORDER, Kinks, Passage, roundings_of_time, time_rounding};
 pub(crate) use noise::{ROUNDING_SUSPECTED_BELOW, is_noise};

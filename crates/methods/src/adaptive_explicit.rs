@@ -24,7 +24,7 @@ pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
     Budget, End, KINK_ORDER, Kinks, Passage, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sizes,
-    is_noise, largest, largest_of_first,
+    is_noise, size_of_first_or_nan, size_or_nan,
 };
 use crate::commit::not_finite;
 use crate::runge_kutta::{Embedded, P, Q, Stages, W};
@@ -188,7 +188,7 @@ impl<V: Vector> Workspace<V> {
         // If forces cancel, as in a long chain, roundings of q change the slopes of p by much more
         // than the roundings of these slopes.
         let force = self.rates.force([sizes.q, sizes.p]);
-        let start = largest_of_first(&self.stages.start, self.free);
+        let start = size_of_first_or_nan(&self.stages.start, self.free);
         let slope = V::Scalar::EPSILON * force.max(start);
         let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length;
         errors_allowed[1] = errors_allowed[1].max(rounding);
@@ -204,7 +204,7 @@ impl<V: Vector> Workspace<V> {
         if error > 1.0 {
             // The estimate for w contains roundings of the gain of w, which exceed those of w if w
             // is small at the start.
-            let gain = V::Scalar::EPSILON * largest(&self.end.gain);
+            let gain = V::Scalar::EPSILON * size_or_nan(&self.end.gain);
             let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * gain;
             errors_allowed[2] = errors_allowed[2].max(rounding);
             error = self.relative_error(estimates, errors_allowed);

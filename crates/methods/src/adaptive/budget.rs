@@ -56,8 +56,9 @@ impl Budget {
         if self.span > 0.0 { SHARES * length / self.span } else { SHARES }
     }
 
-    /// The share of the run's error for a step of mean length, where the mean includes the next
-    /// step, of this length. The number of steps is least where all have the same error. The sum
+    /// The share of the run's error if all steps have the same: one over their number, which is
+    /// estimated as the span over the mean length of the steps so far and of the next, of this
+    /// length. The number of steps is least where all have the same error. The sum
     /// over the steps is about that of [`Self::share_of`], and it is larger where the first steps
     /// are the longest.
     #[inline]
@@ -115,8 +116,8 @@ impl Sizes {
     /// The sizes of `state`, at which H is `energy`, with `free` degrees of freedom before motors.
     #[inline(always)]
     pub(crate) fn of<V: Vector>(state: &State<V>, energy: V::Scalar, free: usize) -> Self {
-        let [q, p] = [&state.q, &state.p].map(|x| largest_of_first(x, free));
-        let mut energies = largest(&state.w);
+        let [q, p] = [&state.q, &state.p].map(|x| size_of_first_or_nan(x, free));
+        let mut energies = size_or_nan(&state.w);
         if free < V::LEN.unwrap_or(state.dof()) {
             let supplied = state.p.as_slice()[free..].iter();
             energies = supplied.fold(energies, |most, p| larger_or_nan(most, p.to_f64().abs()));
@@ -150,10 +151,10 @@ pub(crate) fn scales(tolerance: &Tolerance, sizes: Sizes, rounding: f64) -> [f64
 
 /// max |x_j| over the first `count` entries, or NaN if one of them is not finite.
 #[inline(always)]
-pub(crate) fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
+pub(crate) fn size_of_first_or_nan<V: Vector>(x: &V, count: usize) -> f64 {
     let entries = x.as_slice();
     if count == entries.len() {
-        return largest(x);
+        return size_or_nan(x);
     }
     let sizes = entries[..count].iter().map(|x| x.to_f64().abs());
     sizes.fold(0.0, larger_or_nan)
@@ -161,7 +162,7 @@ pub(crate) fn largest_of_first<V: Vector>(x: &V, count: usize) -> f64 {
 
 /// max |x_j|, or NaN if an entry is not finite.
 #[inline(always)]
-pub(crate) fn largest<V: Vector>(x: &V) -> f64 {
+pub(crate) fn size_or_nan<V: Vector>(x: &V) -> f64 {
     let see = |found: [f64; 2], x: &V::Scalar| see_size(found, x.to_f64().abs());
     let nothing = [0.0; 2];
     let [most, poison] = if V::LEN.is_some() {

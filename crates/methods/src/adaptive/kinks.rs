@@ -4,7 +4,7 @@
 //! its defect, but across a kink by the defect itself. An estimate that is raised to the order of
 //! the step misses this error, since the larger terms of the smooth parts hide it.
 
-use super::budget::largest_of_first;
+use super::budget::size_of_first_or_nan;
 use afterbay_core::{Scalar, System, Vector, larger_or_nan};
 
 /// The power of h that relates the errors of two steps across a kink, if the second derivative of
@@ -35,7 +35,7 @@ pub(crate) fn roundings_of_time<V: Vector>(
     free: usize,
 ) -> [f64; 2] {
     let known = time_rounding(t);
-    let [[v0, f0], [v1, f1]] = slopes.map(|ends| ends.map(|x| largest_of_first(x, free)));
+    let [[v0, f0], [v1, f1]] = slopes.map(|ends| ends.map(|x| size_of_first_or_nan(x, free)));
     [larger_or_nan(v0, v1), larger_or_nan(f0, f1)].map(|slope| known * slope)
 }
 

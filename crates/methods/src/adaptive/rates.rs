@@ -2,6 +2,9 @@
 
 use afterbay_core::{Block, Curvature, Mask, Scalar, Vector, larger_or_nan};
 
+/// The roundings by which the diagonal of Hqq may fall short of the rest of its row.
+const DOMINANCE_ROUNDINGS: f64 = 16.0;
+
 /// Row sums of the blocks of the Jacobian of (∂H/∂p, -∂H/∂q - D).
 #[derive(Clone, Debug)]
 pub(crate) struct Rates<V: Vector> {
@@ -13,6 +16,8 @@ pub(crate) struct Rates<V: Vector> {
     dq: V,
     dp: V,
     mixed: [V; 2],
+    /// ∂²H/∂p_i², and √∂²H/∂p_i² where the masses differ
+    roots: V,
     /// The largest change of p' for changes of q with entries up to 1, and the same for p.
     force: [f64; 2],
 }
@@ -47,6 +52,7 @@ impl<V: Vector> Rates<V> {
             dq: zeros(),
             dp: zeros(),
             mixed: [zeros(), zeros()],
+            roots: zeros(),
             force: [0.0; 2],
         }
     }
@@ -75,6 +81,11 @@ impl<V: Vector> Rates<V> {
     /// |r| ≤ d and 0 ≤ k ≤ b c. This bound does not hold for skew friction or for concave
     /// potentials.
     ///
+    /// Where the masses differ, the blocks are also summed in the units in which all ∂²H/∂p_i² are 1,
+    /// q_i √m_i and p_i/√m_i. J has the same eigenvalues there, and the smaller bounds are taken: a
+    /// light mass on a soft spring beside a heavy one on a stiff spring would otherwise have the
+    /// bound of a light mass on a stiff spring.
+    ///
     /// Rows and columns of motors are left out: their coordinates are the time and no slope depends
     /// on their momenta, so that J is block triangular and its other eigenvalues are 0.
     #[inline]
@@ -82,21 +93,42 @@ impl<V: Vector> Rates<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        let Structure { coupled, backward } = self.sum_rows(system, q, p);
-        let Self { hqq, dominance, hpp, dq, dp, mixed: [row, column], force } = self;
-        let [hqq, dominance, hpp, dq, dp, row, column] =
-            [hqq, dominance, hpp, dq, dp, row, column].map(|sums| sums.as_slice());
-        let largest =
-            |x: &[V::Scalar]| x.iter().fold(0.0, |most, x| larger_or_nan(most, x.to_f64()));
-        let both = |x: &[V::Scalar], y: &[V::Scalar]| {
-            x.iter().zip(y).fold(0.0, |most, (&x, &y)| larger_or_nan(most, (x + y).to_f64()))
+        let structure = self.sum_rows::<S, false>(system, q, p);
+        self.force = self.forces();
+        let mut bounds = self.bounds_of_sums(structure);
+        let free = system.dof() - system.motors();
+        let roots = &mut self.roots.as_mut_slice()[..free];
+        if has_unlike_entries(roots) {
+            roots.iter_mut().for_each(|root| *root = root.sqrt());
+            let structure = self.sum_rows::<S, true>(system, q, p);
+            let scaled = self.bounds_of_sums(structure);
+            bounds.frequency = bounds.frequency.min(scaled.frequency);
+            bounds.eigenvalue = bounds.eigenvalue.min(scaled.eigenvalue);
+        }
+        bounds
+    }
+
+    /// |Hqq| + |Dq| and |Hqp| + |Dp|
+    #[inline]
+    fn forces(&self) -> [f64; 2] {
+        let both = |x: &V, y: &V| {
+            let sums = x.as_slice().iter().zip(y.as_slice());
+            sums.fold(0.0, |most, (&x, &y)| larger_or_nan(most, (x + y).to_f64()))
         };
+        [both(&self.hqq, &self.dq), both(&self.mixed[0], &self.dp)]
+    }
+
+    #[inline]
+    fn bounds_of_sums(&self, Structure { coupled, backward }: Structure) -> Bounds {
+        let Self { hqq, dominance, hpp, dq, mixed: [row, column], .. } = self;
+        let largest =
+            |x: &V| x.as_slice().iter().fold(0.0, |most, x| larger_or_nan(most, x.to_f64()));
         let [a, b] = [largest(column), largest(hpp)];
-        let [c, d] = [both(hqq, dq), both(row, dp)];
-        *force = [c, d];
+        let [c, d] = self.forces();
         let frequency = (b * largest(hqq)).sqrt();
-        let least = dominance.iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
-        let falls = least < -ROUNDINGS * f64::EPSILON * c;
+        let least =
+            dominance.as_slice().iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
+        let falls = least < -DOMINANCE_ROUNDINGS * V::Scalar::EPSILON * c;
         if !coupled && !backward && !falls && a == 0.0 && largest(row) == 0.0 && largest(dq) == 0.0
         {
             return Bounds { frequency, eigenvalue: frequency.max(d), velocity: b };
@@ -105,18 +137,22 @@ impl<V: Vector> Rates<V> {
         Bounds { frequency, eigenvalue, velocity: b }
     }
 
-    /// Sums the rows of the blocks at (q, p), without those of motors.
+    /// Sums the rows of the blocks at (q, p), without those of motors: in the units of the system,
+    /// or in those in which all ∂²H/∂p_i² are 1, as the last call has found them.
     #[inline]
-    fn sum_rows<S>(&mut self, system: &S, q: &V, p: &V) -> Structure
+    fn sum_rows<S, const SCALED: bool>(&mut self, system: &S, q: &V, p: &V) -> Structure
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let zero = V::Scalar::zero();
-        let Self { hqq, dominance, hpp, dq, dp, mixed: [row, column], .. } = self;
-        let [hqq, dominance, hpp, dq, dp, row, column] =
-            [hqq, dominance, hpp, dq, dp, row, column].map(V::as_mut_slice);
+        let Self { hqq, dominance, hpp, dq, dp, mixed: [row, column], roots, .. } = self;
+        let [hqq, dominance, hpp, dq, dp, row, column, roots] =
+            [hqq, dominance, hpp, dq, dp, row, column, roots].map(V::as_mut_slice);
         for sums in [&mut *hqq, dominance, hpp, dq, dp, row, column] {
             sums.fill(zero);
+        }
+        if !SCALED {
+            roots.fill(zero);
         }
         let (mut coupled, mut backward) = (false, false);
         let free = system.dof() - system.motors();
@@ -124,6 +160,12 @@ impl<V: Vector> Rates<V> {
             if i >= free || j >= free {
                 return;
             }
+            let value = match block {
+                _ if !SCALED => value,
+                Block::Hqq | Block::Dq => value * roots[i] * roots[j],
+                Block::Hqp | Block::Dp => value * roots[i] / roots[j],
+                Block::Hpp => value / roots[i] / roots[j],
+            };
             let size = value.abs();
             match block {
                 Block::Hqq => {
@@ -133,6 +175,9 @@ impl<V: Vector> Rates<V> {
                 Block::Hpp => {
                     hpp[i] += size;
                     backward |= value.lt(zero).any();
+                    if !SCALED && i == j {
+                        roots[i] = value;
+                    }
                 }
                 Block::Hqp => {
                     row[i] += size;
@@ -147,8 +192,11 @@ impl<V: Vector> Rates<V> {
     }
 }
 
-/// The roundings by which the diagonal of Hqq may fall short of the rest of its row.
-const ROUNDINGS: f64 = 8.0;
+/// Whether all entries are positive and finite, and some differ.
+fn has_unlike_entries<T: Scalar>(x: &[T]) -> bool {
+    x.iter().any(|entry| *entry != x[0])
+        && x.iter().all(|entry| T::zero().lt(*entry).all() && entry.is_finite().all())
+}
 
 #[cfg(test)]
 mod tests {
@@ -241,7 +289,15 @@ mod tests {
                 [0.3, 0.2, 0.9, 0.7, 0.4].map(|x: f64| (x * (case as f64 + 1.0) * 7.3).sin());
             let eye =
                 |size: f64| (0..n * n).map(|k| if k / n == k % n { size } else { 0.0 }).collect();
-            let w = if a > 0.0 { eye(0.5 + a) } else { matrix(0.2, 1.0) };
+            let unlike = || {
+                let entry = |k: usize| 10f64.powf(6.0 * (a * (k + 1) as f64 * 97.0).sin());
+                (0..n * n).map(|k| if k / n == k % n { entry(k) } else { 0.0 }).collect()
+            };
+            let w = match a {
+                a if a > 0.5 => unlike(),
+                a if a > 0.0 => eye(0.5 + a),
+                _ => matrix(0.2, 1.0),
+            };
             let blocks =
                 [matrix(0.2, 3.0), matrix(b, 1.0), w, matrix(c, 2.0), matrix(d, 4.0 * e.abs())];
             let given = Given { n, blocks };
@@ -265,6 +321,23 @@ mod tests {
         assert!(skew > 3.0 && skew <= turning.bound(), "{skew} {}", turning.bound());
         println!("the closest is {closest:.3} of its bound");
         assert!(closest > 0.9);
+    }
+
+    /// A light mass on a soft spring beside a heavy one on a stiff spring, both with ω = 1.
+    #[test]
+    fn the_bound_does_not_depend_on_the_units_of_a_coordinate() {
+        for unit in [1e-8, 1e-3, 1.0, 1e8] {
+            let diagonal = |x: f64, y: f64| vec![x, 0.0, 0.0, y];
+            let blocks = [
+                diagonal(unit, 1.0),
+                vec![0.0; 4],
+                diagonal(1.0 / unit, 1.0),
+                vec![0.0; 4],
+                diagonal(0.5, 0.5),
+            ];
+            let bound = Given { n: 2, blocks }.bound();
+            assert!((bound - 1.0).abs() < 1e-14, "{unit:e}: {bound}");
+        }
     }
 
     /// With H separable, diagonal friction and convex V, the bound is that of a single oscillator:

@@ -19,7 +19,7 @@
 use super::engine::Engine;
 use super::limits::Limits;
 use super::stages::weighted;
-use crate::adaptive::largest_of_first;
+use crate::adaptive::size_of_first_or_nan;
 use crate::kernels::reductions::{largest_if_finite, see_size};
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector, larger_or_nan};
 use std::array::from_fn;
@@ -103,8 +103,8 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let (n, free) = (V::LEN.unwrap_or(end.q.as_slice().len()), *free);
         let rounding = SLOPE_DEFECT_ROUNDINGS * V::Scalar::EPSILON;
         let noise = [
-            rounding.mul_add(largest_of_first(&end.q, free), self.moved[0]),
-            rounding.mul_add(largest_of_first(&end.p, free), self.moved[1]),
+            rounding.mul_add(size_of_first_or_nan(&end.q, free), self.moved[0]),
+            rounding.mul_add(size_of_first_or_nan(&end.p, free), self.moved[1]),
         ];
         // A rounding of the time, which is the coordinate of a motor, changes the force at the rate
         // at which it changes over the step.
@@ -145,7 +145,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         } else {
             miss(&trial.v, [&start.v, &last.v], of_velocity, 0..free)
         };
-        let of_power = of_force * largest_of_first(&last.v, free);
+        let of_power = of_force * size_of_first_or_nan(&last.v, free);
         let loss = miss(&trial.loss, [&start.loss, &last.loss], of_power, 0..n);
         let power =
             if free < n { loss.or(miss(&trial.f, forces, of_power, free..n)) } else { loss };

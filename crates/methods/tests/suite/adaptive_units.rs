@@ -121,3 +121,28 @@ fn an_empty_reservoir_beside_a_large_energy_does_not_shorten_steps() {
         assert!(off < 1e-6, "{}: {ends:?}", row.name);
     }
 }
+
+/// The steps over [0, 30] of two oscillators, a mass m on a spring m beside a mass 1 on a spring 1,
+/// coupled by a spring m.
+fn steps_beside(name: &str, m: f64) -> u64 {
+    let system = written(&Description {
+        potential: format!("{m:e}*(q1^2 + (q2 - q1)^2)/2 + q2^2/2 + q2^4/4"),
+        masses: vec![format!("{m:e}"), "1".into()],
+        dissipation: DissipationText::Forces(vec![format!("{:e}*v1", 0.1 * m), "0.1*v2".into()]),
+        ..Description::default()
+    });
+    let run = system.bind(find(name).unwrap(), As::Separable).expect("it applies");
+    let mut state = State::new(vec![1.0, 0.3], vec![0.0, 1.0]).unwrap();
+    let setting = Setting::Tolerance(Tolerance::all(1e-6), 30.0);
+    let mut show = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+    run.run(setting, &mut state, 1, &mut show).expect("it runs").accepted
+}
+
+/// The limit of stability of explicit methods is that of the motion.
+#[test]
+fn a_light_mass_on_a_soft_spring_takes_no_more_steps() {
+    for name in ["adaptive-dop853", "adaptive-verner98", "adaptive-verner87"] {
+        let [alike, light] = [1.0, 1e-12].map(|m| steps_beside(name, m));
+        assert!(light < 2 * alike, "{name}: {light} steps, and {alike} with equal masses");
+    }
+}
