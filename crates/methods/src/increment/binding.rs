@@ -4,7 +4,7 @@ use super::{Composition, GeneralIncrement, Increment};
 use crate::kernels::Tiled;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
 use crate::registry::fixed;
-use afterbay_core::{Corrected, Lanewise, Separable, Single, Vector, f64x8};
+use afterbay_core::{Corrected, Lanewise, Scalar, Separable, Single, Vector, f64x8};
 use std::sync::Arc;
 
 /// Coordinate increments in a composition of sweeps.
@@ -17,7 +17,7 @@ impl Binding for Increments {
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
         target.states_coupling()?;
         match (target.separable(), target.system.clone().phase_planes()) {
-            (Ok(system), _) => target.fixed::<V, _, _>(self.in_sequence(), system),
+            (Ok(system), _) => target.fixed::<V, _, _>(self.ordered(target), system),
             (_, Some(system)) => target.fixed::<V, _, _>(GeneralIncrement::new(self.0()), system),
             _ if target.system.driven().is_some() => {
                 Err(target.refused("H is not separable and the system has a drive"))
@@ -47,26 +47,23 @@ impl Increments {
         Tiled::new(self.0())
     }
 
-    fn bind_lanes(&self, target: &Target<'_, f64x8>) -> Bound<f64x8> {
-        if target.system.dof() == 1 {
-            self.coloured::<Single<f64x8>>(target)
-        } else {
-            self.coloured::<Vec<f64x8>>(target)
-        }
-    }
-
-    /// Takes the coordinates in the order that [`Tiled`] takes them in, so that results agree to
-    /// the bit.
-    fn coloured<V>(&self, target: &Target<'_, f64x8>) -> Bound<f64x8>
-    where
-        V: Vector<Scalar = f64x8> + 'static,
-    {
+    /// The increments in the order of coordinates that [`Tiled`] takes in chains and rings of equal
+    /// members, so that results do not depend on the scalar, and in lanes agree to the bit.
+    fn ordered<T: Scalar>(self, target: &Target<'_, T>) -> Increment {
         let system = target.system;
         let (n, coupling) = (system.dof(), system.coupling());
         let red_and_black =
             system.is_uniform() && coupling.two_coloured(n) && !system.dissipation_form().coupled;
-        let order = if red_and_black { coupling.coloured(n) } else { (0..n).collect() };
-        target.fixed::<V, _, _>(self.in_sequence().in_order(order), target.separable()?)
+        let all = self.in_sequence();
+        if red_and_black { all.in_order(coupling.coloured(n)) } else { all }
+    }
+
+    fn bind_lanes(&self, target: &Target<'_, f64x8>) -> Bound<f64x8> {
+        if target.system.dof() == 1 {
+            self.bind::<Single<f64x8>>(target)
+        } else {
+            self.bind::<Vec<f64x8>>(target)
+        }
     }
 
     /// Binds compensated increments ([`Increment::compensated`]) with coloured sweeps. `exact` is

@@ -1,11 +1,12 @@
 //! Chains and rings given by expressions, eight members at a time, move as they do one at a time.
 
 use crate::bind::AnyMembers;
-use crate::catalog::{chain, written};
+use crate::catalog::{chain, ring, written};
 use crate::many::errors;
 use crate::tiled::{one_at_a_time, side_by_side};
-use afterbay_core::{Grid, State};
+use afterbay_core::{Grid, Quad, Scalar, State};
 use afterbay_methods::Composition;
+use afterbay_methods::registry::{bind, find};
 use afterbay_systems::{Description, DissipationText};
 use std::sync::Arc;
 
@@ -66,4 +67,29 @@ fn a_chain_from_text_moves_as_the_built_in_one() {
     let end = |system: &AnyMembers| side_by_side(system, &Composition::pair(), 1, grid, start(n));
     let off = apart(&end(&*text), &end(&*built_in));
     assert!(off < 1e-12, "{off:e}");
+}
+
+/// Chains and rings of equal members move by colours, whatever the scalar.
+#[test]
+fn the_order_of_the_coordinates_is_the_same_in_every_scalar() {
+    for (system, n) in [(chain(4, 0.3, 0.1), 4), (chain(21, 0.3, 0.1), 21), (ring(6, 1.0, 0.5), 6)]
+    {
+        let q: Vec<f64> = (0..n).map(|j| (1.3 * j as f64).sin()).collect();
+        let p: Vec<f64> = (0..n).map(|j| (0.7 * j as f64).cos()).collect();
+        for name in ["increment-1", "increment-2", "increment-8"] {
+            let row = find(name).unwrap();
+            let mut state = State::new(q.clone(), p.clone()).unwrap();
+            bind::<f64>(row, system.abilities()).unwrap().step(0.2, &mut state).unwrap();
+            let [q, p] = [&q, &p].map(|part| part.iter().map(|&x| Quad::from_f64(x)).collect());
+            let mut exact = State::<Vec<Quad>>::new(q, p).unwrap();
+            let h = Quad::from_f64(0.2);
+            bind::<Quad>(row, system.abilities()).unwrap().step(h, &mut exact).unwrap();
+            let off = |found: &[f64], exact: &[Quad]| {
+                let apart = found.iter().zip(exact).map(|(x, y)| (x - y.to_f64()).abs());
+                apart.fold(0.0, f64::max)
+            };
+            let off = off(&state.q, &exact.q).max(off(&state.p, &exact.p));
+            assert!(off < 1e-13, "{name} with {n} members: {off:e}");
+        }
+    }
 }
