@@ -12,6 +12,9 @@ const LABEL: f64 = 0.09;
 /// The range below which coordinates are drawn in its units.
 const LEAST_RANGE: f64 = 1e-9;
 
+/// The largest number that a linear axis shows. Differences of larger ones may overflow.
+const LARGEST: f64 = 1e300;
+
 /// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -45,6 +48,7 @@ impl Axis {
     /// `None` if the axis cannot show it.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
         let at = match self.scale {
+            Scale::Linear if value.abs() > LARGEST => return None,
             Scale::Linear => value,
             Scale::Log if value > 0.0 => value.log10(),
             Scale::Log => return None,
@@ -335,6 +339,16 @@ mod tests {
         );
         assert_eq!(labels(&Axis::linear("q").exactly(-2e-6, 2e-6))[0], "−2×10⁻⁶");
         assert_eq!(labels(&Axis::linear("n").exactly(0.0, 4e7))[1], "1×10⁷");
+    }
+
+    #[test]
+    fn a_linear_axis_has_no_place_for_numbers_whose_differences_overflow() {
+        let axis = Axis::linear("q");
+        let shown: Vec<f64> =
+            [-1.2e308, -1e300, 0.0, 1.2e308].into_iter().filter_map(|v| axis.place(v)).collect();
+        assert_eq!(shown, [-1e300, 0.0]);
+        let span = axis.span(shown.into_iter());
+        assert!(span.lo.is_finite() && span.hi.is_finite() && span.step.is_finite());
     }
 
     #[test]

@@ -140,9 +140,9 @@ impl LineChart {
         let mut notes = Vec::new();
         if missing > 0 {
             let why = if [self.x.scale, self.y.scale].contains(&Scale::Log) {
-                "zero, negative or not finite"
+                "zero, negative, not finite or beyond 1e300"
             } else {
-                "not finite"
+                "not finite or beyond 1e300"
             };
             notes.push(format!("{missing} of {all} points are not shown: {why}"));
         }

@@ -172,8 +172,9 @@ pub(super) fn of_trajectories(found: &[Distance]) -> Readings {
     let mut runs: Vec<&[Distance]> = found.chunk_by(|a, b| a.run == b.run).collect();
     let more = runs.len().saturating_sub(NAMED);
     if more > 0 {
+        let known = |distance: Option<f64>| distance.unwrap_or(f64::INFINITY);
         let size =
-            |run: &[Distance]| run.iter().flat_map(Distance::each).flatten().fold(0.0, f64::max);
+            |run: &[Distance]| run.iter().flat_map(Distance::each).map(known).fold(0.0, f64::max);
         runs.sort_by(|a, b| size(b).total_cmp(&size(a)));
         runs.truncate(NAMED);
     }
@@ -182,8 +183,9 @@ pub(super) fn of_trajectories(found: &[Distance]) -> Readings {
         let name = &run[0].run;
         let r = r.and(name, "common times", run.len());
         VARIABLES.iter().enumerate().fold(r, |r, (i, variable)| {
-            let sizes = run.iter().filter_map(|one| Some((one.each()[i]?, one.t)));
-            let most = sizes.reduce(|a, b| if b.0 > a.0 { b } else { a });
+            let sizes = run.iter().map(|one| Some((one.each()[i]?, one.t)));
+            let larger = |a: (f64, f64), b: (f64, f64)| if b.0 > a.0 { b } else { a };
+            let most = sizes.reduce(|a, b| Some(larger(a?, b?))).flatten();
             r.and(name, variable, most.map(|most| most.0)).and(
                 name,
                 &format!("{variable} at"),
@@ -222,7 +224,16 @@ pub(super) fn largest_distances(r: &Readings) -> Said {
 
 #[cfg(test)]
 mod tests {
-    use super::{counted, ratio};
+    use super::{Distance, counted, largest_distances, of_trajectories, ratio};
+
+    #[test]
+    fn a_distance_that_is_not_finite_is_the_largest() {
+        let at = |t: f64, q| Distance { run: "rk4".into(), t, q, p: Some(0.1), w: Some(0.0) };
+        let found = [at(0.0, Some(0.0)), at(1.0, None), at(2.0, Some(0.5))];
+        let (_, said) = largest_distances(&of_trajectories(&found));
+        let all = "rk4 at 3 common times, q by an unknown amount, p by 1.0e-1 (t = 0) and w by 0";
+        assert_eq!(said, format!("at most these differences: {all}."));
+    }
 
     #[test]
     fn ratios_near_1_read_as_sums() {

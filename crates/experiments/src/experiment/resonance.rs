@@ -106,9 +106,8 @@ impl Curve {
 
     /// The largest difference of the energies supplied and dissipated, relative to the former.
     fn imbalance(&self) -> Option<f64> {
-        let off = |row: &ResonanceRow| {
-            Some((row.supplied? - row.dissipated?).abs() / row.supplied?.abs())
-        };
+        let off =
+            |row: &ResonanceRow| share((row.supplied? - row.dissipated?).abs(), row.supplied?);
         self.steady().filter_map(off).reduce(f64::max)
     }
 
@@ -118,7 +117,7 @@ impl Curve {
         let pairs = self.rows.iter().zip(&exact.rows);
         let both = pairs.filter(|(own, exact)| is_steady(own) && is_steady(exact));
         let off = |(own, exact): (&ResonanceRow, &ResonanceRow)| {
-            Some((own.amplitude[0]? - exact.amplitude[0]?).abs() / exact.amplitude[0]?)
+            share((own.amplitude[0]? - exact.amplitude[0]?).abs(), exact.amplitude[0]?)
         };
         both.filter_map(off).reduce(f64::max)
     }
@@ -130,6 +129,11 @@ impl Curve {
         let way = if way == Way::Up { "up" } else { "down" };
         marked(&format!("{}, {way}", self.label), points)
     }
+}
+
+/// A difference relative to a value, which is not defined where the value is 0.
+fn share(difference: f64, of: f64) -> Option<f64> {
+    (of != 0.0).then(|| difference / of.abs())
 }
 
 fn charts(sheet: &mut Sheet, scene: &Scene, spacing: Spacing, found: &[Curve]) {
@@ -164,16 +168,20 @@ fn what_is_seen(r: &Readings) -> Said {
             let motions = counted(number("values"), "motion");
             return format!("{label}: none of {motions} is steady{fails}");
         }
+        let balance = match number("balance") {
+            balance if balance.is_nan() => String::new(),
+            balance => {
+                format!("; supplied and dissipated energy differ by {} of it at most", sci(balance))
+            }
+        };
         let unsteady = match number("unsteady") {
             0.0 => String::new(),
             count => format!("; {count} of {} not steady", counted(number("values"), "motion")),
         };
         format!(
-            "{label}: largest steady amplitude of q1 {} at {}{off}; supplied and dissipated energy \
-             differ by {} of it at most{unsteady}{fails}",
+            "{label}: largest steady amplitude of q1 {} at {}{off}{balance}{unsteady}{fails}",
             significant(number("peak"), 5),
             significant(number("at"), 5),
-            sci(number("balance")),
         )
     };
     (note(all_zero(r, "failed runs")), r.each("peak", one))

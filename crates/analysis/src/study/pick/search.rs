@@ -134,8 +134,10 @@ impl<'a> Search<'a> {
         let bound = self.wanted().error;
         let (mut tolerance, mut good, mut nearest) =
             (bound.clamp(TIGHTEST, LOOSEST), None, None::<Trial>);
+        let mut tightest = tolerance;
         for _ in 0..MOST_TOLERANCES {
             let trial = self.run(Choice::Tolerance(row, tolerance))?;
+            tightest = tightest.min(tolerance);
             if self.bench.progress.stopped() {
                 break;
             }
@@ -166,13 +168,11 @@ impl<'a> Search<'a> {
             }
             (None, Some(run)) => {
                 let why = format!(
-                    "with tolerances down to {tolerance:.1e} its error is {:.1e}",
+                    "with tolerances down to {tightest:.1e} its error is {:.1e}",
                     run.decisive
                 );
-                Some((
-                    Candidate { run, why_not: Some(why), checked: None, times: None },
-                    Choice::Tolerance(row, tolerance),
-                ))
+                let choice = Choice::Tolerance(row, run.tolerance.unwrap_or(tightest));
+                Some((Candidate { run, why_not: Some(why), checked: None, times: None }, choice))
             }
             (None, None) => None,
         };
