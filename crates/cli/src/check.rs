@@ -51,13 +51,12 @@ pub(crate) fn run(path: &Path, format: Format) -> Result<ExitCode, Failure> {
 fn described(scene: &Scene) -> String {
     let model = &scene.problem.model;
     let (name, dof, timed) = (model.name(), model.degrees(), timed(model));
-    let freedom = if dof == 1 { "degree" } else { "degrees" };
     let drive = match model.drive_period() {
         Some(period) => format!(", {timed} with period {}", in_full(period)),
         None if timed.is_empty() => String::new(),
         None => format!(", {timed} without a known period"),
     };
-    format!("{name}, {dof} {freedom} of freedom{drive}")
+    format!("{name}, {} of freedom{drive}", counted(dof, "degree"))
 }
 
 /// The dependence of a system on the time, in words; empty if there is none.

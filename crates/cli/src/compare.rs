@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &CompareArguments, format: Format) -> Result<ExitCo
     if out.exists() && (is_out(a) || is_out(b)) {
         return Err(Failure::compared(out));
     }
-    experiment::own_folder(out, &output.manifest, force)?;
+    experiment::own_folder(out, &output.manifest.hash, force)?;
     if force {
         take_over(out, &output.manifest.hash)?;
     }

@@ -7,7 +7,7 @@ use crate::{incomplete, interrupt, scene, shard, table};
 use afterbay_analysis::study::outcome::COMPLETED;
 use afterbay_experiments::experiment::{Cells, Results};
 use afterbay_experiments::journal::{Journal, Shard, Start, other_scene};
-use afterbay_experiments::record::{self, Files, Manifest, RunOutcome};
+use afterbay_experiments::record::{self, Files, RunOutcome};
 use afterbay_experiments::report::Verdict;
 use afterbay_experiments::scene::{Scene, SceneError, SceneProblem, Task};
 use afterbay_experiments::{Finding, experiment};
@@ -91,13 +91,12 @@ pub(crate) fn write(
 /// Makes the folder for the results of a scene before anything is computed. Refuses a folder with
 /// the results or journals of another scene unless `force` is set.
 pub(crate) fn folder(out: &Path, scene: &Scene, force: bool) -> Result<(), Failure> {
-    let document = serde_json::to_value(&scene.document).map_err(Failure::storage)?;
-    own_folder(out, &Manifest::new("", document, Vec::new()), force)
+    own_folder(out, &scene.hash(), force)
 }
 
-/// Makes the folder for the results that a manifest describes, as [`folder`] does.
-pub(crate) fn own_folder(out: &Path, manifest: &Manifest, force: bool) -> Result<(), Failure> {
-    match other_scene(out, &manifest.hash).filter(|_| !force) {
+/// Makes the folder for the results of a scene with this hash, as [`folder`] does.
+pub(crate) fn own_folder(out: &Path, hash: &str, force: bool) -> Result<(), Failure> {
+    match other_scene(out, hash).filter(|_| !force) {
         Some(other) => Err(Failure::taken(out, &other)),
         None => record::prepare(out).map_err(Failure::storage),
     }

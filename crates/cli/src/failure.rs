@@ -286,11 +286,12 @@ impl From<ReportError> for Failure {
         match error {
             error if error.is_interrupted() => Self::interrupted(),
             ReportError::Storage(error) => Self::storage(error),
-            method @ ReportError::Method { .. } => Self::study(method),
             ReportError::Study(error) => Self::study(error),
             ReportError::Map(error) => Self::study(error),
             ReportError::Journal(error) => Self::journal(error),
-            missing @ ReportError::NoReference(_) => Self::study(missing),
+            error @ (ReportError::Method { .. } | ReportError::NoReference(_)) => {
+                Self::study(error)
+            }
         }
     }
 }
@@ -340,7 +341,8 @@ fn journal_help(error: &JournalError) -> &'static str {
         JournalError::Nothing { .. } | JournalError::NoScene { .. } => {
             "give the folder --out of `afterbay study --shard K/N` or `run --shard K/N`"
         }
-        JournalError::Scene { .. } => "compute the study anew with --force",
-        JournalError::Unreadable { .. } => "compute the study anew with --force",
+        JournalError::Scene { .. } | JournalError::Unreadable { .. } => {
+            "compute the study anew with --force"
+        }
     }
 }

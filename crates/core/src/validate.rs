@@ -39,4 +39,4 @@ pub use drive::drive;
 pub use hessian::curvature;
 pub use lattice::uniform;
 pub use separable::separable;
-pub use system::system;
+pub use system::{finite_at, system};

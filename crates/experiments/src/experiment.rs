@@ -37,7 +37,7 @@ use crate::scene::{Scene, Studies, Task};
 use crate::sheet::{Gathered, ReportError, Sheet};
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::study::cell::Cell;
-use afterbay_analysis::study::outcome::INTERRUPTED;
+use afterbay_analysis::study::outcome::Ending;
 use afterbay_analysis::study::pick::Pick;
 use afterbay_core::{InputError, IntegrateError};
 use afterbay_methods::registry::Row;
@@ -240,32 +240,22 @@ fn is_of_reference(error: &IntegrateError) -> bool {
 }
 
 fn interrupted(scene: &Scene, study: &'static str) -> Sheet {
-    let mut sheet = Sheet::new(&format!("{study}: interrupted"));
-    sheet.text("It was interrupted before its reference was known.");
-    sheet.runs.push(RunOutcome {
-        study,
-        system: scene.problem.model.name(),
-        method: "reference",
-        h: scene.step,
-        point: None,
-        outcome: INTERRUPTED.into(),
-        failure: None,
-    });
-    sheet
+    let text = "It was interrupted before its reference was known.";
+    not_done(scene, study, "interrupted", text.into(), Ending::interrupted())
 }
 
 fn without_reference(scene: &Scene, study: &'static str, why: String) -> Sheet {
-    let mut sheet = Sheet::new(&format!("{study}: not done"));
-    sheet.text(format!("There is no reference to compare to: {why}."));
-    sheet.runs.push(RunOutcome {
-        study,
-        system: scene.problem.model.name(),
-        method: "reference",
-        h: scene.step,
-        point: None,
-        outcome: "no-reference".into(),
-        failure: Some(why),
-    });
+    let text = format!("There is no reference to compare to: {why}.");
+    let ending = Ending { outcome: "no-reference", failure: Some(why) };
+    not_done(scene, study, "not done", text, ending)
+}
+
+/// The section of a study that compares to a reference and has none.
+fn not_done(scene: &Scene, study: &'static str, how: &str, text: String, ending: Ending) -> Sheet {
+    let mut sheet = Sheet::new(&format!("{study}: {how}"));
+    sheet.text(text);
+    let system = scene.problem.model.name();
+    sheet.runs.push(RunOutcome::of(&ending, study, system, "reference", scene.step));
     sheet
 }
 

@@ -23,7 +23,7 @@ use crate::sheet::{Gathered, ReportError, Sheet};
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::study::Problem;
-use afterbay_analysis::study::outcome::INTERRUPTED;
+use afterbay_analysis::study::outcome::Ending;
 use afterbay_core::IntegrateError;
 use afterbay_methods::registry::{FIXED, Row};
 use afterbay_systems::DAMPED_OSCILLATOR;
@@ -170,17 +170,7 @@ pub fn run_with(
 fn interrupted(part: &Part) -> Sheet {
     let mut sheet = Sheet::new(part.heading);
     sheet.text("Interrupted: this part was not finished, and nothing is said of it.");
-    let (study, system, method) = (part.heading, "all", "all");
-    let outcome = INTERRUPTED.into();
-    sheet.runs.push(RunOutcome {
-        study,
-        system,
-        method,
-        h: 0.0,
-        point: None,
-        outcome,
-        failure: None,
-    });
+    sheet.runs.push(RunOutcome::of(&Ending::interrupted(), part.heading, "all", "all", 0.0));
     sheet
 }
 

@@ -155,7 +155,6 @@ where
             q[j] = ahead.mul_add(hp[j], q0[j]);
             p[j] = (-ahead).mul_add(hq[j], p0[j]);
             if DISSIPATIVE {
-                // The sum over ∂H/∂q is formed first because q is updated one stage after p.
                 dp[j] = weight.mul_add(d[j], dp[j]);
                 p[j] = (-ahead).mul_add(d[j], p[j]);
                 dw[j] = weight.mul_add(d[j] * hp[j], dw[j]);

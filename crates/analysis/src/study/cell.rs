@@ -95,6 +95,25 @@ pub enum Leg<P> {
     Further(P),
 }
 
+/// Computes a cell of several legs as a whole, or up to the leg in which it is stopped.
+///
+/// # Errors
+/// Those of [`Study::advance`].
+pub fn all_legs<S: Study>(
+    study: &S,
+    shared: &S::Shared,
+    index: usize,
+    progress: &dyn Progress,
+) -> Result<S::Part, S::Error> {
+    let mut so_far = None;
+    loop {
+        match study.advance(shared, index, so_far, progress, None)? {
+            Leg::Further(part) if !progress.stopped() => so_far = Some(part),
+            Leg::Last(part) | Leg::Further(part) => return Ok(part),
+        }
+    }
+}
+
 /// The bytes of a reference at this number of times: q, p and w of each degree of freedom, the
 /// time, and the doubts.
 pub(crate) fn reference_bytes(degrees: usize, times: f64) -> f64 {

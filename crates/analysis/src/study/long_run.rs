@@ -10,7 +10,7 @@ mod followed;
 pub use followed::{Followed, Window};
 
 use super::Problem;
-use super::cell::{Cell, Leg, Study, compute_all};
+use super::cell::{Cell, Leg, Study, all_legs, compute_all};
 use super::outcome::{COMPLETED, Ending};
 use crate::progress::Progress;
 use crate::rows::Shelf;
@@ -192,13 +192,7 @@ impl Study for LongRuns {
         index: usize,
         progress: &dyn Progress,
     ) -> Result<Followed, IntegrateError> {
-        let mut so_far = None;
-        loop {
-            match self.advance(&(), index, so_far, progress, None)? {
-                Leg::Further(followed) if !progress.stopped() => so_far = Some(followed),
-                Leg::Last(followed) | Leg::Further(followed) => return Ok(followed),
-            }
-        }
+        all_legs(self, &(), index, progress)
     }
 
     fn fraction_done(&self, followed: &Followed) -> f64 {

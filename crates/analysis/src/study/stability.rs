@@ -29,7 +29,7 @@ mod walk;
 pub use atlas::{AtlasRow, atlas};
 pub use error::MapError;
 pub use map::{MOST_STEPS, Map};
-pub use measure::KEPT;
+pub use measure::KEPT_ON_MAPS;
 pub use piece::StabilityRow;
 pub use reference::References;
 pub(crate) use spectrum::{balance, largest_eigenvalue};

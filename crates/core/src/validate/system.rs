@@ -8,16 +8,12 @@ use crate::error::InputError;
 use crate::quantity::Quantity;
 use crate::system::System;
 
-/// Validates a system at and around (q, p): compares the gradient with the energy, and tests that
-/// every entry of ∂H/∂q, ∂H/∂p and D is written, and the claims of [`System::unit_mass`],
-/// [`System::dissipation_form`] and [`System::coupling`].
+/// Checks that q, p and H, ∂H/∂q, ∂H/∂p, D there are finite.
 ///
 /// # Errors
-/// [`InputError::Length`] if the length of q or p is not [`System::dof`], [`InputError::NotFinite`]
-/// if q, p or H, ∂H/∂q, ∂H/∂p, D there are not finite, and [`InputError::Contradiction`] and
-/// [`InputError::ContradictionBetween`] with the value given, the value found and the rule
-/// violated.
-pub fn system(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+/// [`InputError::Length`] if the length of q or p is not [`System::dof`], and
+/// [`InputError::NotFinite`].
+pub fn finite_at(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), InputError> {
     let n = system.dof();
     for (quantity, part) in [(Quantity::Coordinate, q), (Quantity::Momentum, p)] {
         if part.len() != n {
@@ -25,7 +21,20 @@ pub fn system(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), Inpu
         }
         finite(quantity, part)?;
     }
-    Fields::at(system, q, p).finite()?;
+    Fields::at(system, q, p).finite()
+}
+
+/// Validates a system at and around (q, p): compares the gradient with the energy, and tests that
+/// every entry of ∂H/∂q, ∂H/∂p and D is written, and the claims of [`System::unit_mass`],
+/// [`System::dissipation_form`] and [`System::coupling`].
+///
+/// # Errors
+/// Those of [`finite_at`], and [`InputError::Contradiction`] and
+/// [`InputError::ContradictionBetween`] with the value given, the value found and the rule
+/// violated.
+pub fn system(system: &dyn System<f64>, q: &[f64], p: &[f64]) -> Result<(), InputError> {
+    let n = system.dof();
+    finite_at(system, q, p)?;
     written(system, q, p)?;
     let places = around(system, q, p);
     for Place { q, p, .. } in starts(&places) {

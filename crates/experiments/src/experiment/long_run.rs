@@ -46,16 +46,8 @@ fn sheet(scene: &Scene, plan: &LongRunPlan, found: &[LongRun]) -> Result<Sheet, 
     let (mut sheet, count) = (Sheet::new("K in a long run"), plan.count);
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.data("long_run", &rows)?;
-    sheet.runs.extend(found.iter().map(|run| {
-        let study = if run.setup.compensated { "long-run, compensated" } else { "long-run" };
-        RunOutcome::of(
-            &run.ending,
-            study,
-            scene.problem.model.name(),
-            run.setup.row.name,
-            run.setup.h,
-        )
-    }));
+    let system = scene.problem.model.name();
+    sheet.runs.extend(found.iter().map(|run| RunOutcome::of_long_run(run, system)));
     sheet.text(format!(
         "Each method takes {count} steps from each of {STARTS} starts: that of the scene, and \
          starts with amplitudes larger by 1/1024, 2/1024, … of it. K is computed in 106 bits at \

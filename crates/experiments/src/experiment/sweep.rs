@@ -15,7 +15,7 @@ use crate::scene::{Scene, Sweep, Task};
 use crate::sheet::{Number, ReportError, Sheet, marked};
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::study::cell::{Cell, Study};
-use afterbay_analysis::study::outcome::COMPLETED;
+use afterbay_analysis::study::outcome::{COMPLETED, Ending};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use warnings::Warnings;
@@ -56,15 +56,9 @@ pub(super) struct Visit {
 impl Visit {
     /// A point at which nothing could be run.
     fn refused(scene: &Scene, why: String) -> Self {
-        let outcome = RunOutcome {
-            study: "sweep",
-            system: scene.problem.model.name(),
-            method: "all",
-            h: scene.step,
-            point: None,
-            outcome: "not-run".into(),
-            failure: Some(why),
-        };
+        let ending = Ending { outcome: "not-run", failure: Some(why) };
+        let system = scene.problem.model.name();
+        let outcome = RunOutcome::of(&ending, "sweep", system, "all", scene.step);
         Self { runs: vec![outcome], ..Self::default() }
     }
 }

@@ -13,7 +13,7 @@ use crate::sheet::{Number, Placed, ReportError, Sheet, scientific};
 use afterbay_analysis::progress::Progress;
 use afterbay_analysis::rows::{RowWriter, Shelf};
 use afterbay_analysis::study::Problem;
-use afterbay_analysis::study::cell::{Cell, Leg, Study};
+use afterbay_analysis::study::cell::{Cell, Leg, Study, all_legs};
 use afterbay_analysis::study::events::{self, EventPlan, EventRow, EventRun};
 use afterbay_analysis::study::outcome::COMPLETED;
 use afterbay_analysis::study::section::is_multiple;
@@ -84,13 +84,7 @@ impl Study for Runs<'_> {
         index: usize,
         progress: &dyn Progress,
     ) -> Result<Found, ReportError> {
-        let mut so_far = None;
-        loop {
-            match self.advance(&(), index, so_far, progress, None)? {
-                Leg::Last(found) => return Ok(found),
-                Leg::Further(found) => so_far = Some(found),
-            }
-        }
+        all_legs(self, &(), index, progress)
     }
 
     fn fraction_done(&self, found: &Found) -> f64 {

@@ -17,12 +17,12 @@ use serde::Serialize;
 
 pub(super) const PART: Part = Part {
     heading: "Errors and energies over time: figures 4.1 to 4.4",
-    methods: &[&KEPT, &COMPARED, &RAISED, &OF_GLOBAL_ERRORS],
+    methods: &[&FOLLOWED, &COMPARED, &RAISED, &OF_GLOBAL_ERRORS],
     sheet,
 };
 
 /// The methods whose energies are recorded.
-const KEPT: [&str; 7] = [
+const FOLLOWED: [&str; 7] = [
     "moddg",
     "rk4",
     "leapfrog",
@@ -177,8 +177,9 @@ fn compared(sheet: &mut Sheet, traces: &Traces) {
 }
 
 fn energy_balance(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<Vec<EnergyRun>, ReportError> {
-    paper.progress.begin("energies", KEPT.len() + COMPARED.len());
-    let all = energy::run(&oscillator(), &paper.methods(&KEPT)?, FIGURE_STEP, 1, paper.progress)?;
+    paper.progress.begin("energies", FOLLOWED.len() + COMPARED.len());
+    let all =
+        energy::run(&oscillator(), &paper.methods(&FOLLOWED)?, FIGURE_STEP, 1, paper.progress)?;
     sheet.runs.extend(all.iter().map(|run| {
         RunOutcome::of(&run.ending, "energy", oscillator().model.name(), run.method, FIGURE_STEP)
     }));

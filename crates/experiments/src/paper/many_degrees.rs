@@ -18,7 +18,7 @@ pub(super) const PART: Part = Part {
     methods: &[
         &orders::SEPARABLE,
         &orders::ANY,
-        &energy_balance::KEPT,
+        &energy_balance::FOLLOWED,
         &energy_balance::OF_ONE_DEGREE,
         &size::COMPARED,
         &size::TIMED,

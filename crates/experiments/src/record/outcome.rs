@@ -1,5 +1,6 @@
 //! The outcome of a run, and the groups of runs that ended alike.
 
+use afterbay_analysis::study::long_run::LongRun;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
 use afterbay_analysis::study::work_precision::WorkRow;
 use afterbay_analysis::words::{Word, word};
@@ -34,6 +35,12 @@ impl RunOutcome {
     pub(crate) fn of(ending: &Ending, study: Word, system: Word, method: Word, h: f64) -> Self {
         let Ending { outcome, failure } = ending.clone();
         Self { study, system, method, h, point: None, outcome: outcome.into(), failure }
+    }
+
+    /// The outcome of a long run.
+    pub(crate) fn of_long_run(run: &LongRun, system: Word) -> Self {
+        let study = if run.setup.compensated { "long-run, compensated" } else { "long-run" };
+        Self::of(&run.ending, study, system, run.setup.row.name, run.setup.h)
     }
 
     /// The outcome of a run whose work was measured.

@@ -14,6 +14,7 @@ use super::document::{Document, RunTable};
 use super::plan::{RunPlan, Studies};
 use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
+use afterbay_analysis::Model;
 use afterbay_analysis::study::{Problem, trajectory};
 use afterbay_core::{InputError, Tolerance};
 use afterbay_methods::registry;
@@ -56,6 +57,29 @@ impl Planner<'_> {
 
     fn within<T>(&self, path: &str, result: Result<T, InputError>) -> Planned<T> {
         result.or_else(|error| self.refuse(path, error))
+    }
+
+    /// Refuses a count of 0 of a table.
+    pub(super) fn at_least_one(&self, path: &str, name: &'static str, count: u64) -> Planned<()> {
+        if count > 0 {
+            return Ok(());
+        }
+        let problem = SceneProblem::Range { name, value: 0.0, range: "at least 1" };
+        self.refuse(&format!("{path}.{name}"), problem)
+    }
+
+    /// A number of a table that must be positive.
+    fn positive(&self, path: &str, name: &'static str, value: f64) -> Planned<f64> {
+        if value > 0.0 && value.is_finite() {
+            return Ok(value);
+        }
+        let problem = SceneProblem::Range { name, value, range: "positive" };
+        self.refuse(&format!("{path}.{name}"), problem)
+    }
+
+    /// The system with another value of a parameter.
+    fn varied(&self, path: &str, name: &str, value: f64) -> Planned<Model> {
+        self.problem.model.with(name, value).or_else(|error| self.refuse(path, error))
     }
 
     /// Refuses a tolerance that no run can meet, or that every run meets.

@@ -6,7 +6,7 @@ use super::problem::{SceneError, SceneProblem};
 use super::source::Source;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::{Model, ModelError};
-use afterbay_core::{InputError, Quantity, State};
+use afterbay_core::{InputError, State, validate};
 use afterbay_expression::MOST_DEGREES;
 use afterbay_systems::{
     CustomError, CustomGeneral, Described, Description, DissipationText, GeneralDescription, Place,
@@ -284,20 +284,5 @@ pub(super) fn finite_at(
         });
     }
     let system = model.system::<f64>().map_err(|error| at("system", error))?;
-    let [mut hq, mut hp, mut d] = [0; 3].map(|_| vec![0.0; n]);
-    system.gradient(q, p, &mut hq, &mut hp);
-    system.dissipation(q, p, &hp, &mut d);
-    let energy = [system.energy(q, p)];
-    let parts: [(Quantity, &[f64]); 4] = [
-        (Quantity::Energy, &energy),
-        (Quantity::Slope, &hq),
-        (Quantity::Velocity, &hp),
-        (Quantity::Dissipation, &d),
-    ];
-    for (quantity, part) in parts {
-        if let Some((dof, &value)) = part.iter().enumerate().find(|(_, x)| !x.is_finite()) {
-            return Err(at("initial", InputError::NotFinite { quantity, dof, value }));
-        }
-    }
-    Ok(())
+    validate::finite_at(&*system, q, p).map_err(|error| at("initial", error))
 }

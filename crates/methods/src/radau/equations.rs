@@ -168,8 +168,8 @@ impl<const S: usize> Equations<S> {
         }
     }
 
-    /// Replaces (a, b) by the solution x of `(1 - h μ J) x = (a, b)` with the real eigenvalue μ,
-    /// and passes to `see` the parts (x_q, x_p) of each degree of freedom with Dq x_q + Dp x_p.
+    /// Solves `(1 - h μ J) x = raw` with the real eigenvalue μ, and passes to `see`, for each degree
+    /// of freedom, x_q, x_p and Dq x_q + Dp x_p.
     #[inline(always)]
     pub(super) fn filter<T: Scalar>(
         &mut self,
@@ -206,9 +206,9 @@ fn multiply<T: Number>(rows: &[T; 4], [a, b]: [T; 2]) -> [T; 2] {
     [rows[0].fused(a, rows[1] * b), rows[2].fused(a, rows[3] * b)]
 }
 
-/// Σ left_i x_i
+/// Σ left_i x_i, the component of x along a complex pair of eigenvectors.
 #[inline(always)]
-fn part<const S: usize>(left: &[c64; S], x: &[f64; S]) -> c64 {
+fn along_pair<const S: usize>(left: &[c64; S], x: &[f64; S]) -> c64 {
     let [mut re, mut im] = [0.0; 2];
     for i in 0..S {
         re = left[i].re.mul_add(x[i], re);
@@ -217,9 +217,9 @@ fn part<const S: usize>(left: &[c64; S], x: &[f64; S]) -> c64 {
     c64 { re, im }
 }
 
-/// Σ left_i x_i
+/// Σ left_i x_i, the component of x along the real eigenvector.
 #[inline(always)]
-fn real_part<const S: usize>(left: &[f64; S], x: &[f64; S]) -> f64 {
+fn along_real<const S: usize>(left: &[f64; S], x: &[f64; S]) -> f64 {
     left.iter().zip(x).fold(0.0, |sum, (left, x)| left.mul_add(*x, sum))
 }
 
@@ -234,12 +234,12 @@ fn add<const S: usize>(right: &[c64; S], x: c64, to: &mut [f64; S]) {
 impl<const S: usize> InPlane<S> {
     #[inline(always)]
     fn solve<T: Scalar>(&self, tables: &Tables<T, S>, [q, p]: [[f64; S]; 2]) -> [[f64; S]; 2] {
-        let right = [real_part(&tables.left, &q), real_part(&tables.left, &p)];
+        let right = [along_real(&tables.left, &q), along_real(&tables.left, &p)];
         let [a, b] = multiply(&self.real, right);
         let mut solution: [[f64; S]; 2] =
             [from_fn(|i| tables.right[i] * a), from_fn(|i| tables.right[i] * b)];
         for (matrix, pair) in self.pairs.iter().zip(tables.pairs()) {
-            let [a, b] = multiply(matrix, [part(&pair.left, &q), part(&pair.left, &p)]);
+            let [a, b] = multiply(matrix, [along_pair(&pair.left, &q), along_pair(&pair.left, &p)]);
             add(&pair.right, a, &mut solution[0]);
             add(&pair.right, b, &mut solution[1]);
         }
@@ -254,7 +254,7 @@ impl<const S: usize> InSpace<S> {
         let Self { real, a, b, unknowns, pairs, a_pair, b_pair, unknowns_pair, .. } = self;
         for (to, from) in [(&mut *a, &*r), (&mut *b, &*s)] {
             for (to, from) in to.iter_mut().zip(from) {
-                *to = real_part(&tables.left, from);
+                *to = along_real(&tables.left, from);
             }
         }
         space.solve(*h * tables.eigenvalue, real, [a, b], unknowns);
@@ -266,7 +266,7 @@ impl<const S: usize> InSpace<S> {
         for (matrix, pair) in pairs.iter_mut().zip(tables.pairs()) {
             for (to, from) in [(&mut *a_pair, &*r), (&mut *b_pair, &*s)] {
                 for (to, from) in to.iter_mut().zip(from) {
-                    *to = part(&pair.left, from);
+                    *to = along_pair(&pair.left, from);
                 }
             }
             space.solve(pair.eigenvalue * *h, matrix, [a_pair, b_pair], unknowns_pair);

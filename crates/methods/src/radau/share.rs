@@ -39,7 +39,7 @@ pub(super) struct Allowed {
     pub(super) scales: [f64; 3],
     /// The number of degrees of freedom without motors.
     pub(super) free: usize,
-    /// The share of them allowed for this step.
+    /// The share of `scales` allowed for this step.
     pub(super) share: f64,
     /// The relative tolerances of q, p and w.
     pub(super) relative: [f64; 3],

@@ -91,7 +91,7 @@ pub enum CustomError {
         value: f64,
     },
     /// A parameter no expression mentions.
-    #[error("parameter {name} is not used")]
+    #[error("parameter {name} is not used in the equations")]
     Unused {
         /// Its name.
         name: String,

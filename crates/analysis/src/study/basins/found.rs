@@ -15,7 +15,7 @@ pub(super) const MORE: usize = 5;
 /// The states in which a cycle is looked for.
 pub(super) const SEEN: usize = LONGEST_CYCLE + 2 * (LONGEST_CYCLE + MORE);
 /// The distance below which repeated states are one but for roundings.
-const ROUNDINGS: f64 = 1e-10;
+const LARGEST_ROUNDING: f64 = 1e-10;
 /// The largest distance that a run may still have to go to its cycle, as a share of [`NEAR`] or of
 /// the extent of the cycle, whichever is less. A choice: other runs then count as near the same
 /// cycle.
@@ -140,7 +140,7 @@ impl<'a, const STEPS: bool> Found<'a, STEPS> {
         let off = |i: usize| metric.distance(&self.last[end - i], &self.last[end - i - k]);
         let [now, before] =
             [0, window].map(|from| (from..from + window).map(off).fold(0.0, f64::max));
-        if now <= ROUNDINGS {
+        if now <= LARGEST_ROUNDING {
             return true;
         }
         // These distances fall like a geometric series or faster. The bound is that of its sum.

@@ -24,7 +24,7 @@ use faer::{Col, Mat};
 const SETTLED: f64 = 1e-14;
 /// Corrections that no longer fall are accepted below this share: the equations are then solved to
 /// their roundings.
-const ROUNDINGS: f64 = 1e-9;
+const LARGEST_ROUNDING: f64 = 1e-9;
 /// The longest correction, relative to the size of the unknowns.
 const LONGEST: f64 = 0.3;
 /// The most corrections. Newton's method takes about six from a guess with an error of 1 %.
@@ -232,7 +232,7 @@ impl Shooting<'_> {
             let image = self.image(&x)?;
             let (correction, ratio) = self.correction(&image, &x, conditions)?;
             let length = correction.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-            if length <= SETTLED || (length >= 0.5 * last && length <= ROUNDINGS) {
+            if length <= SETTLED || (length >= 0.5 * last && length <= LARGEST_ROUNDING) {
                 return Ok(Solved { x, image, ratio, corrections });
             }
             if !length.is_finite() || corrections == MOST_CORRECTIONS {

@@ -14,7 +14,7 @@ use std::ops::ControlFlow;
 const AGREEMENT: f64 = 1e-12;
 /// Differences below this share of the largest of them that no longer fall are roundings. Above it
 /// the errors may not have reached their order yet, and the search goes on.
-const ROUNDINGS: f64 = 1e-9;
+const LARGEST_ROUNDING: f64 = 1e-9;
 /// The number of successive differences without a decrease after which the search ends.
 const IDLE: u32 = 2;
 /// The longest step tried, as far as the work allows.
@@ -140,7 +140,7 @@ fn halved(
         let found = follow(parts);
         if let (Ok(before), Ok(found)) = (&before, &found) {
             let (doubt, size) = (found.distance(before).most(), found.size());
-            idle = if doubt > last / 2.0 && doubt < ROUNDINGS * size { idle + 1 } else { 0 };
+            idle = if doubt > last / 2.0 && doubt < LARGEST_ROUNDING * size { idle + 1 } else { 0 };
             let uneven = if doubt > last / 2.0 { (last / doubt).max(1.0) } else { 1.0 };
             let candidate = checked(found, before, if uneven.is_finite() { uneven } else { 1.0 });
             let settled = doubt <= AGREEMENT * size || idle == IDLE;

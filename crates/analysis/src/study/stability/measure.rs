@@ -216,7 +216,7 @@ impl<T: Side> Statistics<T> {
         let is_large = size.le(T::from_f64(GROWTH)).not();
         if is_large.any() {
             let (energy, before) = (system.energy(state.q, state.p), track.total);
-            let rounding = T::from_f64(KEPT) * (energy.abs() + before.abs());
+            let rounding = T::from_f64(KEPT_ON_MAPS) * (energy.abs() + before.abs());
             // A motion down a slope of V has a large T, although H does not rise.
             let has_risen = (energy - before - kinetic.half() - rounding).le(T::zero()).not();
             self.grows = T::select(is_large.and(has_risen), T::one(), self.grows);
@@ -278,9 +278,9 @@ pub(super) fn larger<T: Scalar>(a: T, b: T) -> T {
     T::select(a.lt(b), b, a)
 }
 
-/// K counts as kept if it moves by at most this share of |H| + Σ |w_j| + T. The roundings of 1e7
+/// On a stability map, K counts as kept if it moves by at most this share of |H| + Σ |w_j| + T. The roundings of 1e7
 /// steps stay below this share, the error of an unresolved edge does not.
-pub const KEPT: f64 = 1e-8;
+pub const KEPT_ON_MAPS: f64 = 1e-8;
 
 impl Statistics<f64> {
     /// Whether a step has violated the passivity of the system.
@@ -304,7 +304,7 @@ impl Statistics<f64> {
 
     /// Whether K was constant at every station, up to rounding.
     pub(super) fn keeps_k(&self) -> bool {
-        self.stations[1] <= KEPT * self.stations[2]
+        self.stations[1] <= KEPT_ON_MAPS * self.stations[2]
     }
 }
 

@@ -1,7 +1,7 @@
 //! Verdicts on runs.
 
 use super::alone::Ending;
-use super::measure::{KEPT, MOST_OBSERVATIONS, MOST_STATIONS};
+use super::measure::{KEPT_ON_MAPS, MOST_OBSERVATIONS, MOST_STATIONS};
 use super::reference::{Reference, Standing};
 use afterbay_core::{Passive, StepFailure};
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ pub enum Verdict {
     /// Bounded. Every q_j, p_j and w_j is within [`SHARE`] of its own size at each of up to
     /// `MOST_STATIONS` times along the run. Over the second half the motion
     /// has the size ([`TOLERANCE`]) and the place of the exact solution. K is kept
-    /// ([`KEPT`](super::KEPT)) if the method claims to keep it.
+    /// ([`KEPT_ON_MAPS`](super::KEPT_ON_MAPS)) if the method claims to keep it.
     Right,
     /// Off at some of these times, but right in everything that does not depend on the phase: size
     /// and place over the second half; over each half the mean and the root mean square about it of
@@ -156,7 +156,7 @@ pub fn rules() -> String {
          is half the range of q_j or p_j along the reference, or the largest |w_j|, and at least a \
          hundredth of the largest of its kind. Over the second half the means of A satisfy \
          |ln(A/A_ref)| ≤ {TOLERANCE} (1 + |ln A_ref|), and the mean of q is within {SHARE} Q of c. \
-         K is kept to {KEPT:e} of its terms if the method claims to keep it. \"Right but late\" \
+         K is kept to {KEPT_ON_MAPS:e} of its terms if the method claims to keep it. \"Right but late\" \
          means right in all but the phase: over each half of the run the mean of every q_j, p_j \
          and w_j, and the root mean square about it, are within {SHARE} of its size. A periodic \
          coordinate is compared as a point of a circle. \"Growing\" means that A exceeds {GROWTH} \

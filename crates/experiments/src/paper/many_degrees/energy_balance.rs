@@ -11,7 +11,8 @@ use crate::sheet::{ReportError, Sheet, line, over_time, scientific};
 use afterbay_analysis::study::{Problem, energy, trajectory};
 use afterbay_core::larger_or_nan;
 
-pub(super) const KEPT: [&str; 5] = ["increment-2", "increment-8", "gonzalez", "leapfrog", "rk4"];
+pub(super) const FOLLOWED: [&str; 5] =
+    ["increment-2", "increment-8", "gonzalez", "leapfrog", "rk4"];
 /// The methods whose runs of one degree of freedom are written to files.
 pub(super) const OF_ONE_DEGREE: [&str; 3] = ["moddg", "leapfrog", "rk4"];
 const STEP: f64 = 0.02;
@@ -20,8 +21,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     let Paper { extent, progress, .. } = *paper;
     let n = masses(extent);
     let problem = chain(n, extent.pick(10.0, end(extent)));
-    progress.begin("energies of the chain", KEPT.len());
-    let runs = energy::run(&problem, &paper.methods(&KEPT)?, STEP, 1, progress)?;
+    progress.begin("energies of the chain", FOLLOWED.len());
+    let runs = energy::run(&problem, &paper.methods(&FOLLOWED)?, STEP, 1, progress)?;
     let rows: Vec<_> = runs.iter().flat_map(|run| &run.rows).collect();
     sheet.wide_data("fput-chain/energy", &energy::columns(&problem.model), &rows)?;
     sheet.runs.extend(
@@ -72,7 +73,7 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     );
     show(sheet, &reservoirs, &drift);
     trajectories(paper, sheet, "", &oscillator(), &OF_ONE_DEGREE)?;
-    trajectories(paper, sheet, "fput-chain/", &problem, &KEPT)?;
+    trajectories(paper, sheet, "fput-chain/", &problem, &FOLLOWED)?;
     trajectories(paper, sheet, "damped-double-pendulum/", &pendulum(end(extent)), &ANY)
 }
 

@@ -47,10 +47,8 @@ pub(in crate::paper) fn add(paper: &Paper<'_>, sheet: &mut Sheet) -> Result<(), 
     let found = long_run::run(&starts, &setups, steps, progress)?;
     let rows: Vec<_> = found.iter().flat_map(|run| &run.rows).collect();
     sheet.data("fput-chain/long_run", &rows)?;
-    sheet.runs.extend(found.iter().map(|run| {
-        let study = if run.setup.compensated { "long-run, compensated" } else { "long-run" };
-        RunOutcome::of(&run.ending, study, "fput-chain", run.setup.row.name, run.setup.h)
-    }));
+    let outcome = |run| RunOutcome::of_long_run(run, "fput-chain");
+    sheet.runs.extend(found.iter().map(outcome));
     sheet.text(format!(
         "A method that keeps K changes it only by the roundings of each step, which add up. Each \
          run takes {steps} steps on a chain of 8 without friction (β = 1, from rest as a sine), \

@@ -116,7 +116,8 @@ pub struct StabilityTable {
     pub steps: Spread,
     /// The parameter that is varied.
     pub parameter: ParameterTable,
-    /// The time span of a run, rounded up to whole steps [default: the end of [time]].
+    /// The time span of a run, rounded up to whole steps, at least 50 of them [default: the end of
+    /// [time]]. Runs with long steps end later.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<f64>,
 }

@@ -107,10 +107,7 @@ impl Planner<'_> {
         let step = self.step(table.step)?;
         self.within(&format!("{path}.step"), Grid::<f64>::of(step, count))?;
         let at = format!("{path}.count");
-        if count == 0 {
-            let (name, value, range) = ("count", 0.0, "at least 1");
-            return self.refuse(&at, SceneProblem::Range { name, value, range });
-        }
+        self.at_least_one(path, "count", count)?;
         self.steps_fit(&at, count as f64 * methods.len() as f64)?;
         Ok(Some(LongRunPlan { methods, step, count, compensated: table.compensated }))
     }

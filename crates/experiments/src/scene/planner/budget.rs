@@ -12,7 +12,7 @@ const MOST_WRITTEN: f64 = 1e12;
 /// Bytes of a number in a table, including its separator.
 pub(super) const BYTES: f64 = 20.0;
 /// The most states kept where a scene does not give `every`, at all points of a sweep together.
-const KEPT: u64 = 10_000;
+const STATES_KEPT: u64 = 10_000;
 /// The most cells of a map.
 pub(super) const MOST_CELLS: f64 = 1e6;
 /// The most tolerances. Each is a run of an unknown number of steps.
@@ -43,7 +43,7 @@ impl Planner<'_> {
                 SceneProblem::Range { name: "every", value: 0.0, range: "a whole number from 1" },
             ),
             Some(every) => Ok(every),
-            None => Ok(steps.div_ceil((KEPT / self.points as u64).max(2)).max(1)),
+            None => Ok(steps.div_ceil((STATES_KEPT / self.points as u64).max(2)).max(1)),
         }
     }
 

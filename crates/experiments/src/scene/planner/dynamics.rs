@@ -43,6 +43,19 @@ pub(super) struct Common<'a> {
     pub(super) reference: Option<bool>,
 }
 
+impl<'a> Common<'a> {
+    /// The keys of a table without a section and an interval.
+    pub(super) fn new(
+        path: &'a str,
+        methods: &'a Option<Vec<String>>,
+        steps: &'a Option<Spread>,
+        reference: Option<bool>,
+    ) -> Self {
+        let (methods, steps) = (methods.as_ref(), steps.as_ref());
+        Self { path, methods, steps, section: None, interval: None, reference }
+    }
+}
+
 /// The methods of a study, their steps, the step of the reference if there is one, and the section.
 pub(super) struct Settings {
     pub(super) methods: Vec<&'static Row>,
@@ -56,12 +69,9 @@ impl Planner<'_> {
         let Some(table) = &self.document.study.poincare else { return Ok(None) };
         let path = "study.poincare";
         let common = Common {
-            path,
-            methods: table.methods.as_ref(),
-            steps: table.steps.as_ref(),
             section: table.section.as_ref(),
             interval: table.interval,
-            reference: table.reference,
+            ..Common::new(path, &table.methods, &table.steps, table.reference)
         };
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
         let (at, given) = ((path, "points"), [table.transient, table.points]);
@@ -82,12 +92,9 @@ impl Planner<'_> {
         let Some(table) = &self.document.study.bifurcation else { return Ok(None) };
         let path = "study.bifurcation";
         let common = Common {
-            path,
-            methods: table.methods.as_ref(),
-            steps: table.steps.as_ref(),
             section: table.section.as_ref(),
             interval: table.interval,
-            reference: table.reference,
+            ..Common::new(path, &table.methods, &table.steps, table.reference)
         };
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
         let named = format!("{path}.parameter");
@@ -103,8 +110,7 @@ impl Planner<'_> {
         let ways = if follow { 2.0 } else { 1.0 };
         let returns = ways * (transient + points) as f64;
         for &value in &plan.study.values {
-            let model = self.problem.model.with(&plan.study.parameter, value);
-            let model = model.or_else(|error| self.refuse(&named, error))?;
+            let model = self.varied(&named, &plan.study.parameter, value)?;
             self.check_interval(path, &plan.study.section, &model)?;
             let all = returns * plan.study.values.len() as f64;
             self.effort(path, &plan, &plan.study.section, all, &model)?;
@@ -122,14 +128,7 @@ impl Planner<'_> {
             let (key, why) = ("resonance", "the system has no drive: declare one in [drive]");
             return self.refuse(path, SceneProblem::Misplaced { key, why });
         }
-        let common = Common {
-            path,
-            methods: table.methods.as_ref(),
-            steps: table.steps.as_ref(),
-            section: None,
-            interval: None,
-            reference: table.reference,
-        };
+        let common = Common::new(path, &table.methods, &table.steps, table.reference);
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
         let (named, name) = (format!("{path}.parameter"), table.parameter.name.clone());
         let values = self.parameter(&named, &table.parameter)?;
@@ -138,8 +137,7 @@ impl Planner<'_> {
         let (problem, spacing) = (self.problem.clone(), table.parameter.scale);
         let mut lengths = Vec::new();
         for &value in &values {
-            let model = self.problem.model.with(&name, value);
-            let model = model.or_else(|error| self.refuse(&named, error))?;
+            let model = self.varied(&named, &name, value)?;
             self.check_interval(path, &section, &model).map_err(|error| {
                 let at = format!("{name} = {}", in_full(value));
                 let problem = SceneProblem::AtPoint { at, problem: Box::new(error.problem) };
@@ -164,12 +162,8 @@ impl Planner<'_> {
         let model = &self.problem.model;
         let autonomous = model.dof() == model.degrees();
         let common = Common {
-            path,
-            methods: table.methods.as_ref(),
-            steps: table.steps.as_ref(),
-            section: None,
             interval: table.interval.or(autonomous.then_some(INTERVAL)),
-            reference: table.reference,
+            ..Common::new(path, &table.methods, &table.steps, table.reference)
         };
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
         let grid = format!("{path}.grid");
@@ -189,11 +183,7 @@ impl Planner<'_> {
             return self.refuse(&grid, SceneProblem::TwoAxes);
         };
         let longest = table.longest.unwrap_or(LONGEST);
-        if longest == 0 {
-            let (name, value, range) = ("longest", 0.0, "at least 1");
-            return self
-                .refuse(&format!("{path}.longest"), SceneProblem::Range { name, value, range });
-        }
+        self.at_least_one(path, "longest", longest)?;
         let cells = axes[0].values.len() as f64 * axes[1].values.len() as f64;
         let study = Basins { problem: self.problem.clone(), section, axes, longest };
         let plan = DynamicsPlan { methods, steps, reference, study };
@@ -227,12 +217,10 @@ impl Planner<'_> {
                 self.refuse(&format!("{path}.interval"), SceneProblem::Misplaced { key, why })
             }
             (Some(table), None) => self.crossing(&format!("{path}.section"), table),
-            (None, Some(interval)) if !(interval > 0.0 && interval.is_finite()) => {
-                let problem =
-                    SceneProblem::Range { name: "interval", value: interval, range: "positive" };
-                self.refuse(&format!("{path}.interval"), problem)
+            (None, Some(interval)) => {
+                let interval = Some(self.positive(path, "interval", interval)?);
+                Ok(Section::Stroboscopic { interval })
             }
-            (None, interval @ Some(_)) => Ok(Section::Stroboscopic { interval }),
             (None, None) if model.dof() > model.degrees() => {
                 Ok(Section::Stroboscopic { interval: None })
             }
@@ -296,31 +284,24 @@ impl Planner<'_> {
         unless: [u64; 2],
     ) -> Planned<[u64; 2]> {
         let [transient, points] = [0, 1].map(|k| given[k].unwrap_or(unless[k]));
-        if points == 0 {
-            let (value, range) = (0.0, "at least 1");
-            return self
-                .refuse(&format!("{path}.{name}"), SceneProblem::Range { name, value, range });
-        }
+        self.at_least_one(path, name, points)?;
         Ok([transient, points])
     }
 
     /// The initial states of runs: the scene's, and others around it.
     fn starts(&self, path: &str, count: u64, spread: Option<f64>) -> Planned<Vec<[Vec<f64>; 2]>> {
         const MOST: u64 = 100_000;
-        let refuse = |name: &'static str, value: f64, range: &'static str| {
-            self.refuse(&format!("{path}.{name}"), SceneProblem::Range { name, value, range })
-        };
         if !(1..=MOST).contains(&count) {
-            return refuse("starts", count as f64, "from 1 to 100000");
+            let (name, value, range) = ("starts", count as f64, "from 1 to 100000");
+            return self
+                .refuse(&format!("{path}.starts"), SceneProblem::Range { name, value, range });
         }
         let spread = match spread {
-            Some(spread) if !(spread > 0.0 && spread.is_finite()) => {
-                return refuse("spread", spread, "positive");
-            }
+            Some(spread) => self.positive(path, "spread", spread)?,
             None if count > 1 => {
                 return self.refuse(path, SceneProblem::Missing { key: "spread".into() });
             }
-            spread => spread.unwrap_or(0.0),
+            None => 0.0,
         };
         let (q, p) = (&self.problem.q, &self.problem.p);
         let start = |i: u64| {

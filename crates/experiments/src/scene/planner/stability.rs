@@ -68,11 +68,7 @@ impl Planner<'_> {
             return self.refuse(&format!("{named}.name"), problem);
         }
         for value in &values {
-            let model = self
-                .problem
-                .model
-                .with(&varied.name, *value)
-                .or_else(|error| self.refuse(named, error))?;
+            let model = self.varied(named, &varied.name, *value)?;
             self.within(named, model.system::<f64>().map(drop))?;
             if model.dof() != self.problem.model.dof() {
                 let why =

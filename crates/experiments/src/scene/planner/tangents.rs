@@ -18,14 +18,7 @@ impl Planner<'_> {
     pub(super) fn lyapunov(&self) -> Planned<Option<DynamicsPlan<Lyapunov>>> {
         let Some(table) = &self.document.study.lyapunov else { return Ok(None) };
         let path = "study.lyapunov";
-        let common = Common {
-            path,
-            methods: table.methods.as_ref(),
-            steps: table.steps.as_ref(),
-            section: None,
-            interval: None,
-            reference: table.reference,
-        };
+        let common = Common::new(path, &table.methods, &table.steps, table.reference);
         let Settings { methods, steps, reference, .. } = self.settings(&common)?;
         let transient = self.duration(path, "transient", table.transient)?;
         let time = self.duration(path, "time", table.time)?;
@@ -50,14 +43,7 @@ impl Planner<'_> {
     pub(super) fn limit_cycle(&self) -> Planned<Option<DynamicsPlan<LimitCycle>>> {
         let Some(table) = &self.document.study.limit_cycle else { return Ok(None) };
         let path = "study.limit-cycle";
-        let common = Common {
-            path,
-            methods: table.methods.as_ref(),
-            steps: table.steps.as_ref(),
-            section: None,
-            interval: None,
-            reference: table.reference,
-        };
+        let common = Common::new(path, &table.methods, &table.steps, table.reference);
         let Settings { methods, steps, reference, .. } = self.settings(&common)?;
         let transient = self.duration(path, "transient", table.transient)?;
         let (key, at) = ("periods", format!("{path}.periods"));
@@ -66,19 +52,15 @@ impl Planner<'_> {
                 let why = "the system does not depend on the time: declare a drive in [drive]";
                 return self.refuse(&at, SceneProblem::Misplaced { key, why });
             }
-            Some(0) => {
-                let problem = SceneProblem::Range { name: key, value: 0.0, range: "at least 1" };
-                return self.refuse(&at, problem);
-            }
-            _ => {}
+            Some(count) => self.at_least_one(path, key, count)?,
+            None => {}
         }
         let branch = match &table.parameter {
             None => None,
             Some(of) => {
                 let at = format!("{path}.parameter");
                 for value in [of.from, of.to] {
-                    let model = self.problem.model.with(&of.name, value);
-                    model.or_else(|error| self.refuse(&at, error))?;
+                    self.varied(&at, &of.name, value)?;
                 }
                 if of.from == of.to {
                     let range = "another value than `from`";
@@ -98,11 +80,6 @@ impl Planner<'_> {
 
     /// A time of a table, else the end of time of the scene.
     fn duration(&self, path: &str, name: &'static str, given: Option<f64>) -> Planned<f64> {
-        let value = given.unwrap_or(self.problem.end);
-        if value > 0.0 && value.is_finite() {
-            return Ok(value);
-        }
-        let problem = SceneProblem::Range { name, value, range: "positive" };
-        self.refuse(&format!("{path}.{name}"), problem)
+        self.positive(path, name, given.unwrap_or(self.problem.end))
     }
 }

@@ -86,6 +86,9 @@ impl Planner<'_> {
                 return refuse(key, value, "positive");
             }
         }
+        if scale == Spacing::Linear && !(to - from).is_finite() {
+            return refuse("to", to, "so near to `from` that their difference is finite");
+        }
         let share = |i: u64| if count > 1 { i as f64 / (count - 1) as f64 } else { 0.0 };
         let at = |i: u64| match scale {
             // The ends are those of the scene to the bit.

@@ -127,8 +127,14 @@ impl Planner<'_> {
                 self.range(path, (from, to), count, scale, f64::NEG_INFINITY).map(Values::Listed)
             }
             (false, Some([low, high]), None) => match Uniform::new(low, high) {
-                Ok(uniform) if low < high => Ok(Values::Uniform(uniform)),
-                _ => refuse("uniform", low, "below the other bound, both finite"),
+                Ok(uniform) if low < high && (high - low).is_finite() => {
+                    Ok(Values::Uniform(uniform))
+                }
+                _ => refuse(
+                    "uniform",
+                    low,
+                    "below the other bound, both finite, as their difference",
+                ),
             },
             (false, None, Some([mean, deviation])) => match Normal::new(mean, deviation) {
                 Ok(normal) if mean.is_finite() && deviation.is_finite() => {
@@ -143,11 +149,10 @@ impl Planner<'_> {
     /// The number of draws at each combination of listed values.
     pub(super) fn samples(&self, table: &SweepTable, axes: &[Axis]) -> Result<u64, SceneError> {
         let random = axes.iter().any(|axis| !matches!(axis.values, Values::Listed(_)));
+        if let Some(count) = table.samples {
+            self.at_least_one("sweep", "samples", count)?;
+        }
         match table.samples {
-            Some(0) => {
-                let (name, range) = ("samples", "at least 1");
-                self.refuse("sweep.samples", SceneProblem::Range { name, value: 0.0, range })
-            }
             Some(_) if !random => {
                 let (key, why) = ("samples", "nothing is random");
                 self.refuse("sweep.samples", SceneProblem::Misplaced { key, why })
