@@ -28,9 +28,10 @@
 //! no γ within ½ of 1 conserves K. This happens beyond the limit of stability, which relaxation
 //! does not change (|hλ| ≈ 2.8 for rk4), and where f·H''f, the curvature of H along the step, is so
 //! small that K hardly depends on γ; for example on the flanks of a double well, where it changes
-//! sign. Systems whose V or D has kinks in t are refused: the step that ends late by
-//! its error may cross one, which moves γ and the time of the state. Steps so short that they change K by roundings alone have γ = 1, and these roundings are
-//! taken from the largest Δw_j. The scalar must hold one number: there are no lanes.
+//! sign. Systems whose V or D has kinks in t are refused: a step that ends late by its error may
+//! cross one, which moves γ and the time of the state. Steps so short that they change K by
+//! roundings alone have γ = 1, and these roundings are taken from the largest Δw_j. The scalar must
+//! hold one number: there are no lanes.
 
 mod direction;
 mod root;

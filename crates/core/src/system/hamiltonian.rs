@@ -131,9 +131,9 @@ pub trait System<T: Scalar>: Send + Sync {
     }
 
     /// Whether V or D may jump or have a kink at an instant of the time. The time loop divides a
-    /// fixed step there ([`System::step_between_breaks`]): the energy that V pumps jumps within such
-    /// a step, and methods that keep K by a quadrature or a projection would fail. Breaks of the
-    /// forces of a drive do not count, since every method keeps K across them.
+    /// fixed step there ([`System::step_between_breaks`]): the energy that V pumps jumps within
+    /// such a step, and methods that keep K by a quadrature or a projection would fail. Breaks of
+    /// the forces of a drive do not count, since every method keeps K across them.
     #[inline(always)]
     fn has_breaks(&self) -> bool {
         false

@@ -81,9 +81,9 @@ impl<V: Vector> Rates<V> {
     /// |r| ≤ d and 0 ≤ k ≤ b c. This bound does not hold for skew friction or for concave
     /// potentials.
     ///
-    /// Where the masses differ, the blocks are also summed in the units in which all ∂²H/∂p_i² are 1,
-    /// q_i √m_i and p_i/√m_i. J has the same eigenvalues there, and the smaller bounds are taken: a
-    /// light mass on a soft spring beside a heavy one on a stiff spring would otherwise have the
+    /// Where the masses differ, the blocks are also summed in the units in which all ∂²H/∂p_i² are
+    /// 1, q_i √m_i and p_i/√m_i. J has the same eigenvalues there, and the smaller bounds are taken:
+    /// a light mass on a soft spring beside a heavy one on a stiff spring would otherwise have the
     /// bound of a light mass on a stiff spring.
     ///
     /// Rows and columns of motors are left out: their coordinates are the time and no slope depends

@@ -59,10 +59,11 @@ impl Increments {
     }
 
     fn bind_lanes(&self, target: &Target<'_, f64x8>) -> Bound<f64x8> {
+        let (method, system) = (self.ordered(target), target.separable()?);
         if target.system.dof() == 1 {
-            self.bind::<Single<f64x8>>(target)
+            target.fixed::<Single<f64x8>, _, _>(method, system)
         } else {
-            self.bind::<Vec<f64x8>>(target)
+            target.fixed::<Vec<f64x8>, _, _>(method, system)
         }
     }
 

@@ -168,8 +168,8 @@ impl<const S: usize> Equations<S> {
         }
     }
 
-    /// Solves `(1 - h μ J) x = raw` with the real eigenvalue μ, and passes to `see`, for each degree
-    /// of freedom, x_q, x_p and Dq x_q + Dp x_p.
+    /// Solves `(1 - h μ J) x = raw` with the real eigenvalue μ, and passes to `see`, for each
+    /// degree of freedom, x_q, x_p and Dq x_q + Dp x_p.
     #[inline(always)]
     pub(super) fn filter<T: Scalar>(
         &mut self,

@@ -76,8 +76,8 @@ pub(super) fn matrix(
 }
 
 /// Whether the symmetric part of R is positive semidefinite to rounding, in any units. It is scaled
-/// to ones on the diagonal and factored as L Δ Lᵀ: no entry of Δ may be negative, and below an entry
-/// of 0 the column must be 0.
+/// to ones on the diagonal and factored as L Δ Lᵀ: no entry of Δ may be negative, and below an
+/// entry of 0 the column must be 0.
 fn semidefinite(n: usize, entries: &[(usize, usize, f64)]) -> bool {
     let Some(mut rows) = scaled(n, entries) else { return false };
     let rounding = 4.0 * f64::EPSILON * (1.0 + n as f64);

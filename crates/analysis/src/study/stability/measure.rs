@@ -278,8 +278,8 @@ pub(super) fn larger<T: Scalar>(a: T, b: T) -> T {
     T::select(a.lt(b), b, a)
 }
 
-/// On a stability map, K counts as kept if it moves by at most this share of |H| + Σ |w_j| + T. The roundings of 1e7
-/// steps stay below this share, the error of an unresolved edge does not.
+/// On a stability map, K counts as kept if it moves by at most this share of |H| + Σ |w_j| + T. The
+/// roundings of 1e7 steps stay below this share, the error of an unresolved edge does not.
 pub const KEPT_ON_MAPS: f64 = 1e-8;
 
 impl Statistics<f64> {
