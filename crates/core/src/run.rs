@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod adaptive_run;
+mod breaks;
 mod controller;
 mod event;
 mod grid;
@@ -14,10 +15,11 @@ mod undefined;
 
 pub use adaptive::{integrate_controlled, integrate_within, sample_within};
 pub use adaptive_run::{AdaptiveRun, Statistics};
+pub use breaks::step_in_parts;
 pub use controller::StepControl;
 pub use event::{Direction, Event, EventState, OnEvent, TakeStep, Watch, integrate_with_events};
 pub use grid::Grid;
-pub use integrate::{integrate, integrate_in, step_in_parts};
+pub use integrate::{integrate, integrate_in};
 pub use method::{Adaptive, Attempt, Effort, Method};
 pub use observer::{Every, Observer};
 pub use reservoir::STEPS_OF_BLOCK;

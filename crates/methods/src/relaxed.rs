@@ -103,8 +103,8 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         if system.has_breaks() {
-            let why = "V or D has a kink in t, and a step that ends late by its error may cross it: \
-                       take another method, or put the force in [drive]";
+            let why = "V or D has a kink in t, and a step that ends late by its error may cross \
+                       it: take another method, or put the force in [drive]";
             return Err(InputError::Unsupported { method: "relaxed", why });
         }
         let n = system.dof();

@@ -275,7 +275,8 @@ impl<'a> Turns<'a> {
     }
 }
 
-/// The largest |q| of a range. The range of an angle is moved by whole turns, so that this is least.
+/// The largest |q| of a range. The range of an angle is moved by whole turns, so that this is
+/// least.
 fn largest([least, most]: [f64; 2], period: Option<f64>) -> f64 {
     let middle = least.midpoint(most);
     let turns = period.map_or(0.0, |period| middle - nearest(middle, period));

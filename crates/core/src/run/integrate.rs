@@ -1,19 +1,16 @@
 //! The time loop with a fixed step.
 
+use super::breaks::step_in_parts;
 use super::grid::Grid;
 use super::method::{Effort, Method};
 use super::observer::Observer;
 use super::reservoir::{Reservoir, STEPS_OF_BLOCK};
 use super::undefined::or_undefined;
 use crate::error::{InputError, IntegrateError, RunError, StepFailure};
-use crate::numbers::{Mask, Scalar, Vector};
+use crate::numbers::{Scalar, Vector};
 use crate::quantity::Quantity;
 use crate::system::{State, System};
 use std::ops::ControlFlow;
-
-/// The longest part of a step that passes a break, in roundings of the time. A break is passed in a
-/// few tens of them.
-const ROUNDINGS_AT_BREAK: f64 = 256.0;
 
 /// Integrates over the grid from `state` and passes the states that `observer` asks for. The times
 /// are `t + n h`, with t the time of the initial state.
@@ -226,75 +223,6 @@ where
         }
     }
     Ok(effort)
-}
-
-/// Takes one step of a method, in parts that end at the breaks of the system
-/// ([`System::has_breaks`]). There are no lanes where it has breaks.
-///
-/// # Errors
-/// A [`StepFailure`] of a part; the state is then unchanged.
-#[inline(always)]
-pub fn step_in_parts<V, S, M>(
-    method: &M,
-    system: &S,
-    h: V::Scalar,
-    state: &mut State<V>,
-    workspace: &mut M::Workspace,
-) -> Result<Effort, StepFailure>
-where
-    V: Vector,
-    S: System<V::Scalar> + ?Sized,
-    M: Method<V, S> + ?Sized,
-{
-    let zero = V::Scalar::zero();
-    if !system.has_breaks() || h.le(zero).all() {
-        return method.step(system, h, state, workspace);
-    }
-    let (mut effort, mut left, before) = (Effort::default(), h, state.clone());
-    let clock = system.dof() - system.motors();
-    while zero.lt(left).all() {
-        let part = system.step_between_breaks(state.q.as_slice(), left);
-        effort += if is_at_break(part, state.q.as_slice()[clock]) {
-            pass_break(method, system, part, state, workspace)
-        } else {
-            let taken = method.step(system, part, state, workspace);
-            taken.inspect_err(|_| state.copy(&before))?
-        };
-        left -= part;
-    }
-    Ok(effort)
-}
-
-/// Whether a part of a step is so short that it passes a break.
-fn is_at_break<T: Scalar>(part: T, time: T) -> bool {
-    part.le(T::from_f64(ROUNDINGS_AT_BREAK * f64::EPSILON) * time.abs()).all()
-}
-
-/// Passes a break by a step of a few roundings of the time, or where the motion stands if the
-/// method fails there. The energy pumped is that by which K would change: the method evaluates
-/// ∂V/∂t on both sides of the break.
-#[cold]
-fn pass_break<V, S, M>(
-    method: &M,
-    system: &S,
-    part: V::Scalar,
-    state: &mut State<V>,
-    workspace: &mut M::Workspace,
-) -> Effort
-where
-    V: Vector,
-    S: System<V::Scalar> + ?Sized,
-    M: Method<V, S> + ?Sized,
-{
-    let clock = system.dof() - system.motors();
-    let (energy, held) = (state.energy(system), state.reservoir());
-    let taken = method.step(system, part, state, workspace);
-    if taken.is_err() {
-        state.q.as_mut_slice()[clock..].iter_mut().for_each(|time| *time += part);
-    }
-    let pumped = state.energy(system) - energy + (state.reservoir() - held);
-    state.p.as_mut_slice()[clock] -= pumped;
-    taken.unwrap_or_default()
 }
 
 /// Refuses a step between whose ends H is singular.

@@ -186,3 +186,13 @@ fn what_is_seen(r: &Readings) -> Said {
     };
     (note(all_zero(r, "failed runs")), r.each("peak", one))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::share;
+
+    #[test]
+    fn there_is_no_share_of_nothing() {
+        assert_eq!((share(0.0, 0.0), share(1.0, -2.0)), (None, Some(0.5)));
+    }
+}

@@ -46,7 +46,8 @@ fn sheet(
         "Each cell is a run over [0, {}], or over {LEAST_STEPS} steps where these take longer. Its \
          motion is measured by A = T/T_max + |q - c|²/Q² with T = ½ p·∂H/∂p. T_max and Q are the \
          largest T and |q| of the reference, and c is its mean of q over the second half of the \
-         run. {} Where the step is linear, the spectral radius of its matrix is shown beside the verdict.",
+         run. {} Where the step is linear, the spectral radius of its matrix is shown beside the \
+         verdict.",
         plan.end,
         rules()
     ));

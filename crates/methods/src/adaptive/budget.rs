@@ -58,8 +58,8 @@ impl Budget {
 
     /// The share of the run's error if all steps have the same: one over their number, which is
     /// estimated as the span over the mean length of the steps so far and of the next, of this
-    /// length. The number of steps is least where all have the same error. The sum over the steps is
-    /// about that of [`Self::share_of`], and it is larger where the first steps are the longest.
+    /// length. The number of steps is least where all have the same error. The sum over the steps
+    /// is about that of [`Self::share_of`], and it is larger where the first steps are the longest.
     #[inline]
     pub(crate) fn equal_share(&self, length: f64) -> f64 {
         if self.span > 0.0 { self.rate * (self.passed + length) * self.next } else { SHARES }

@@ -103,8 +103,9 @@ impl Kinks {
         }
     }
 
-    /// Compares the values at the points of a step h from t. A step of roundings of t passes a kink:
-    /// its stages may be beyond one that the points do not reach, and no shorter step shows more.
+    /// Compares the values at the points of a step h from t. A step of roundings of t passes a
+    /// kink: its stages may be beyond one that the points do not reach, and no shorter step shows
+    /// more.
     pub(crate) fn passage<T: Scalar>(&self, h: T, t: T) -> Passage {
         if h.to_f64().abs() <= time_rounding(t) {
             return Passage::Passed;
@@ -139,8 +140,8 @@ impl Kinks {
         changes
     }
 
-    /// Whether function k is zero at two successive points but not at all points, as x - ⌊x⌋ where x
-    /// is a whole number to rounding for a while. A kink lies between.
+    /// Whether function k is zero at two successive points but not at all points, as x - ⌊x⌋ where
+    /// x is a whole number to rounding for a while. A kink lies between.
     fn leaves_zero(&self, k: usize, noise: f64) -> bool {
         let zero = || self.points(k).map(|(_, x)| x.abs() <= noise);
         zero().zip(zero().skip(1)).any(|(a, b)| a && b) && !zero().all(|zero| zero)
@@ -155,8 +156,8 @@ impl Kinks {
 }
 
 /// Whether the parabola through three points (t, x) on one side of zero turns between them, so near
-/// to zero that the function may pass it. One that stays at zero from one point to the next does not
-/// turn.
+/// to zero that the function may pass it. One that stays at zero from one point to the next does
+/// not turn.
 fn turns_near_zero([(t0, x0), (t1, x1), (t2, x2)]: [(f64, f64); 3], noise: f64) -> bool {
     let largest = x0.abs().max(x2.abs());
     let stays = x1.abs() <= noise && x0.abs().min(x2.abs()) <= noise;

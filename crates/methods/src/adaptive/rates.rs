@@ -16,8 +16,8 @@ pub(crate) struct Rates<V: Vector> {
     dq: V,
     dp: V,
     mixed: [V; 2],
-    /// ∂²H/∂p_i², and √∂²H/∂p_i² where the masses differ
-    roots: V,
+    /// ∂²H/∂p_i²
+    inverse_masses: V,
     /// The largest change of p' for changes of q with entries up to 1, and the same for p.
     force: [f64; 2],
 }
@@ -52,7 +52,7 @@ impl<V: Vector> Rates<V> {
             dq: zeros(),
             dp: zeros(),
             mixed: [zeros(), zeros()],
-            roots: zeros(),
+            inverse_masses: zeros(),
             force: [0.0; 2],
         }
     }
@@ -81,10 +81,10 @@ impl<V: Vector> Rates<V> {
     /// |r| ≤ d and 0 ≤ k ≤ b c. This bound does not hold for skew friction or for concave
     /// potentials.
     ///
-    /// Where the masses differ, the blocks are also summed in the units in which all ∂²H/∂p_i² are
-    /// 1, q_i √m_i and p_i/√m_i. J has the same eigenvalues there, and the smaller bounds are taken:
-    /// a light mass on a soft spring beside a heavy one on a stiff spring would otherwise have the
-    /// bound of a light mass on a stiff spring.
+    /// Where masses differ, the bounds are also computed for the variables q_i √m_i and p_i/√m_i, in
+    /// which every ∂²H/∂p_i² is 1. J has the same eigenvalues there, so that the smaller bound
+    /// holds. In the variables of the system, a light mass on a soft spring beside a heavy mass on
+    /// a stiff spring has the bound of a light mass on a stiff spring.
     ///
     /// Rows and columns of motors are left out: their coordinates are the time and no slope depends
     /// on their momenta, so that J is block triangular and its other eigenvalues are 0.
@@ -95,13 +95,11 @@ impl<V: Vector> Rates<V> {
     {
         let structure = self.sum_rows::<S, false>(system, q, p);
         self.force = self.forces();
-        let mut bounds = self.bounds_of_sums(structure);
+        let mut bounds = self.bounds_of_sums(structure, self.force);
         let free = system.dof() - system.motors();
-        let roots = &mut self.roots.as_mut_slice()[..free];
-        if has_unlike_entries(roots) {
-            roots.iter_mut().for_each(|root| *root = root.sqrt());
+        if has_unlike_entries(&self.inverse_masses.as_slice()[..free]) {
             let structure = self.sum_rows::<S, true>(system, q, p);
-            let scaled = self.bounds_of_sums(structure);
+            let scaled = self.bounds_of_sums(structure, self.forces());
             bounds.frequency = bounds.frequency.min(scaled.frequency);
             bounds.eigenvalue = bounds.eigenvalue.min(scaled.eigenvalue);
         }
@@ -118,13 +116,17 @@ impl<V: Vector> Rates<V> {
         [both(&self.hqq, &self.dq), both(&self.mixed[0], &self.dp)]
     }
 
+    /// The bounds by the sums of rows, of which c and d are those of [`Self::forces`].
     #[inline]
-    fn bounds_of_sums(&self, Structure { coupled, backward }: Structure) -> Bounds {
+    fn bounds_of_sums(
+        &self,
+        Structure { coupled, backward }: Structure,
+        [c, d]: [f64; 2],
+    ) -> Bounds {
         let Self { hqq, dominance, hpp, dq, mixed: [row, column], .. } = self;
         let largest =
             |x: &V| x.as_slice().iter().fold(0.0, |most, x| larger_or_nan(most, x.to_f64()));
         let [a, b] = [largest(column), largest(hpp)];
-        let [c, d] = self.forces();
         let frequency = (b * largest(hqq)).sqrt();
         let least =
             dominance.as_slice().iter().fold(f64::INFINITY, |least, x| least.min(x.to_f64()));
@@ -137,22 +139,22 @@ impl<V: Vector> Rates<V> {
         Bounds { frequency, eigenvalue, velocity: b }
     }
 
-    /// Sums the rows of the blocks at (q, p), without those of motors: in the units of the system,
-    /// or in those in which all ∂²H/∂p_i² are 1, as the last call has found them.
+    /// Sums the rows of the blocks at (q, p), without those of motors: in the variables of the
+    /// system, or in those in which the ∂²H/∂p_i² found by the last call are 1.
     #[inline]
     fn sum_rows<S, const SCALED: bool>(&mut self, system: &S, q: &V, p: &V) -> Structure
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let zero = V::Scalar::zero();
-        let Self { hqq, dominance, hpp, dq, dp, mixed: [row, column], roots, .. } = self;
-        let [hqq, dominance, hpp, dq, dp, row, column, roots] =
-            [hqq, dominance, hpp, dq, dp, row, column, roots].map(V::as_mut_slice);
+        let Self { hqq, dominance, hpp, dq, dp, mixed: [row, column], inverse_masses, .. } = self;
+        let [hqq, dominance, hpp, dq, dp, row, column, inverse_masses] =
+            [hqq, dominance, hpp, dq, dp, row, column, inverse_masses].map(V::as_mut_slice);
         for sums in [&mut *hqq, dominance, hpp, dq, dp, row, column] {
             sums.fill(zero);
         }
         if !SCALED {
-            roots.fill(zero);
+            inverse_masses.fill(zero);
         }
         let (mut coupled, mut backward) = (false, false);
         let free = system.dof() - system.motors();
@@ -160,11 +162,12 @@ impl<V: Vector> Rates<V> {
             if i >= free || j >= free {
                 return;
             }
+            let root = |i: usize| inverse_masses[i].sqrt();
             let value = match block {
                 _ if !SCALED => value,
-                Block::Hqq | Block::Dq => value * roots[i] * roots[j],
-                Block::Hqp | Block::Dp => value * roots[i] / roots[j],
-                Block::Hpp => value / roots[i] / roots[j],
+                Block::Hqq | Block::Dq => value * root(i) * root(j),
+                Block::Hqp | Block::Dp => value * root(i) / root(j),
+                Block::Hpp => value / root(i) / root(j),
             };
             let size = value.abs();
             match block {
@@ -176,7 +179,7 @@ impl<V: Vector> Rates<V> {
                     hpp[i] += size;
                     backward |= value.lt(zero).any();
                     if !SCALED && i == j {
-                        roots[i] = value;
+                        inverse_masses[i] = value;
                     }
                 }
                 Block::Hqp => {

@@ -2,8 +2,8 @@
 //! rows, s/√n with s the standard deviation of n rates.
 //!
 //! It counts intervals as independent. In chaos correlations may last for many intervals, so
-//! intervals are also joined to blocks of 2, 4, .., of which there are at least ten, and the largest
-//! of these errors is given (H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91 (1989) 461-466). In
+//! intervals are also joined to blocks of 2, 4, .., of which there are at least ten. The largest of
+//! these errors is given (H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91 (1989) 461-466). In
 //! periodic and quasiperiodic motion the error falls as 1/t, and the standard error overestimates
 //! it.
 

@@ -87,7 +87,7 @@ impl Planner<'_> {
             }
         }
         if scale == Spacing::Linear && !(to - from).is_finite() {
-            return refuse("to", to, "so near to `from` that their difference is finite");
+            return refuse("to", to, "at a finite distance from `from`");
         }
         let share = |i: u64| if count > 1 { i as f64 / (count - 1) as f64 } else { 0.0 };
         let at = |i: u64| match scale {

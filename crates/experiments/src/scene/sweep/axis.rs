@@ -130,11 +130,7 @@ impl Planner<'_> {
                 Ok(uniform) if low < high && (high - low).is_finite() => {
                     Ok(Values::Uniform(uniform))
                 }
-                _ => refuse(
-                    "uniform",
-                    low,
-                    "below the other bound, both finite, as their difference",
-                ),
+                _ => refuse("uniform", low, "below the other bound, at a finite distance"),
             },
             (false, None, Some([mean, deviation])) => match Normal::new(mean, deviation) {
                 Ok(normal) if mean.is_finite() && deviation.is_finite() => {

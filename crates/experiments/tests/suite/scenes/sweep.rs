@@ -143,6 +143,8 @@ fn mistakes_are_refused() {
         ("vary.c = { from = 1, to = 2, count = 1 }", "to = 2 must be that of `from`"),
         ("vary.c = {}", "this is no list, range"),
         ("vary.c = { uniform = [1, 0] }\nsamples = 3", "uniform = 1 must be below"),
+        ("vary.c = { uniform = [-1e308, 1e308] }\nsamples = 3", "must be below the other bound"),
+        ("vary.c = { from = -1e308, to = 1e308, count = 3 }", "at a finite distance from `from`"),
         ("vary.c = { normal = [1, -1] }\nsamples = 3", "normal = -1 must be a mean"),
         ("vary.c = { uniform = [0, 1] }", "the key samples is missing"),
         ("vary.c = [1]\nsamples = 3", "samples does not belong here"),
