@@ -7,11 +7,15 @@
 //! A driven system has q and p of its own degrees of freedom in z. Its motors stand at the time of
 //! the step in all of these runs.
 //!
-//! Every step is taken in 106 bits. The displacement d_j is 2⁻⁵² of the size of q or of p in this
-//! step, so that the difference has a truncation error of about 2⁻⁵² and a rounding error of about
-//! 2⁻¹⁰⁶ 2⁵²: both are roundings of `f64`. The derivative is that of the method itself, of its
+//! Every step is taken in 106 bits. The displacement d_j is 2⁻⁵² of the size of q_j or of p_j in
+//! this step, so that the difference has a truncation error of about 2⁻⁵² and a rounding error of
+//! about 2⁻¹⁰⁶ 2⁵²: both are roundings of `f64`. The derivative is that of the method itself, of its
 //! nonlinear solver and its quadratures too, and needs no second derivative of H. It costs 2N + 1
 //! steps.
+//!
+//! An entry that is far smaller than the largest q, or p, may have a unit of its own, or pass 0. Its
+//! size is taken as the geometric mean of both: where it is smaller by a factor r, either error is
+//! at most √r roundings.
 //!
 //! A motion that has settled at q ≠ 0 has momenta near 0. A displacement in proportion to them
 //! changes q by less than a rounding. A displacement of p_j that moves q_j by less than 2⁻⁶⁴ of the
@@ -34,6 +38,9 @@ use faer::Mat;
 const DISPLACEMENT: f64 = f64::EPSILON;
 /// 2⁻³³², the least size: that of a motion that decays for ever would underflow.
 const LEAST: f64 = f64::from_bits((1023 - 332) << 52);
+/// 2⁻⁵², the share of the largest entry below which one is a rounding of 0, and does not tell its
+/// unit.
+const ROUNDING_OF_ZERO: f64 = f64::EPSILON;
 /// 2⁻²⁰, the size of p relative to that of an impulse, below which a motion is near rest.
 const NEAR_REST: f64 = 1.0 / (1 << 20) as f64;
 /// 2⁻¹², the least part of a displacement of q that one of p has to cause.
@@ -87,9 +94,9 @@ impl Tangent {
         let mut end = state.clone();
         self.step(h, &mut end)?;
         let mut jacobian = Mat::zeros(2 * n, 2 * n);
-        let [size_of_q, size_of_p] =
-            [[&state.q, &end.q], [&state.p, &end.p]].map(|ends| size(ends.map(|x| &x[..n])));
-        let step = Step { tangent: self, h, start: state, end: &end, size_of_q };
+        let [sizes_of_q, sizes_of_p] =
+            [[&state.q, &end.q], [&state.p, &end.p]].map(|ends| sizes(ends.map(|x| &x[..n])));
+        let step = Step { tangent: self, h, start: state, end: &end, sizes_of_q: &sizes_of_q };
         let mut put = |j: usize, changes: &[f64]| {
             for (i, &value) in changes.iter().enumerate() {
                 if !value.is_finite() {
@@ -101,23 +108,27 @@ impl Tangent {
             }
             Ok(())
         };
-        let displacement_of_q = DISPLACEMENT * size_of_q.unwrap_or(1.0);
-        let mut steepest = 0.0_f64;
+        let mut impulses = vec![0.0_f64; n];
         for j in 0..n {
-            let changes = step.column(j, displacement_of_q)?;
-            steepest = changes[n..].iter().map(|x| x.abs()).fold(steepest, f64::max);
+            let size = step.size_of_q(j);
+            let changes = step.column(j, DISPLACEMENT * size)?;
+            for (impulse, slope) in impulses.iter_mut().zip(&changes[n..]) {
+                *impulse = impulse.max(slope.abs() * size);
+            }
             put(j, &changes)?;
         }
-        let impulse = steepest * size_of_q.unwrap_or(1.0);
-        let of_p = match size_of_p {
-            Some(size) if size >= NEAR_REST * impulse => size,
-            // A finite impulse: all entries were found finite.
-            _ if impulse > 0.0 => impulse.max(LEAST),
-            Some(size) => size,
-            None => 1.0,
-        };
-        for j in n..2 * n {
-            put(j, &step.column_of_momentum(j, DISPLACEMENT * of_p)?)?;
+        let largest = impulses.iter().copied().fold(0.0, f64::max);
+        for (j, impulse) in impulses.into_iter().enumerate() {
+            // A momentum without a force, that of a free particle, begins as the others do.
+            let impulse = if impulse > 0.0 { impulse } else { largest };
+            let size = match sizes_of_p.as_ref().map(|sizes| sizes[j]) {
+                Some(size) if size >= NEAR_REST * impulse => size,
+                // A finite impulse: all entries were found finite.
+                _ if impulse > 0.0 => impulse.max(LEAST),
+                Some(size) => size,
+                None => 1.0,
+            };
+            put(n + j, &step.column_of_momentum(n + j, DISPLACEMENT * size)?)?;
         }
         *state = end;
         Ok(jacobian)
@@ -130,10 +141,15 @@ struct Step<'a> {
     h: Quad,
     start: &'a State<Vec<Quad>>,
     end: &'a State<Vec<Quad>>,
-    size_of_q: Option<f64>,
+    sizes_of_q: &'a Option<Vec<f64>>,
 }
 
 impl Step<'_> {
+    /// The size of q_j, 1 where all coordinates are 0.
+    fn size_of_q(&self, j: usize) -> f64 {
+        self.sizes_of_q.as_ref().map_or(1.0, |sizes| sizes[j])
+    }
+
     /// Column j of the Jacobian: the changes of the end of the step by a displacement d, over d.
     ///
     /// # Errors
@@ -153,11 +169,11 @@ impl Step<'_> {
     /// The failure of the step from the state displaced by d.
     fn column_of_momentum(&self, j: usize, mut d: f64) -> Result<Vec<f64>, IntegrateError> {
         let first = self.column(j, d)?;
-        let Some(size_of_q) = self.size_of_q else { return Ok(first) };
-        // The part of a displacement of q that the displacement d causes.
-        let part = |changes: &[f64], d: f64| {
-            (changes[j - self.tangent.dof] * d / (DISPLACEMENT * size_of_q)).abs()
-        };
+        let Some(sizes_of_q) = self.sizes_of_q else { return Ok(first) };
+        let i = j - self.tangent.dof;
+        // The part of a displacement of q_i that the displacement d causes.
+        let part =
+            |changes: &[f64], d: f64| (changes[i] * d / (DISPLACEMENT * sizes_of_q[i])).abs();
         let mut seen = part(&first, d);
         let mut larger = None;
         for _ in 0..MOST_ENLARGEMENTS {
@@ -173,11 +189,22 @@ impl Step<'_> {
     }
 }
 
-/// The largest magnitude at both ends of a step, by which entries that are 0 are displaced too, and
-/// at least [`LEAST`]; none if all are 0.
-fn size(ends: [&[Quad]; 2]) -> Option<f64> {
-    let most = ends.into_iter().flatten().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
-    (most > 0.0).then(|| most.max(LEAST))
+/// The size of each entry, at least [`LEAST`]: the geometric mean of its largest magnitude at both
+/// ends of a step and the largest of all. That of a rounding of 0 is the largest of all. None if all
+/// are 0.
+fn sizes(ends: [&[Quad]; 2]) -> Option<Vec<f64>> {
+    let magnitude = |(a, b): (&Quad, &Quad)| a.to_f64().abs().max(b.to_f64().abs());
+    let magnitudes: Vec<f64> = ends[0].iter().zip(ends[1]).map(magnitude).collect();
+    let largest = magnitudes.iter().copied().fold(0.0, f64::max);
+    let size = |own: f64| {
+        let mean = if own > ROUNDING_OF_ZERO * largest {
+            largest * (own / largest).sqrt()
+        } else {
+            largest
+        };
+        mean.max(LEAST)
+    };
+    (largest > 0.0).then(|| magnitudes.into_iter().map(size).collect())
 }
 
 /// The difference of (q, p), without motors.

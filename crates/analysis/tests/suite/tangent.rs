@@ -78,6 +78,38 @@ fn the_derivative_is_not_lost_beside_a_coordinate() {
     }
 }
 
+/// Two coupled coordinates, of which the second is measured in the unit u, or passes 0: J_ij u_j/u_i
+/// is that of u = 1.
+#[test]
+fn the_derivative_does_not_depend_on_the_unit_of_a_coordinate() {
+    let scaled = |u: f64, [q, p]: [f64; 2]| {
+        let mass = (u * u).recip();
+        let description = Description {
+            potential: format!("q1^4/4 + (q1 - q2/({u:?}))^2 + sin(q2/({u:?}))"),
+            dissipation: DissipationText::Forces(vec!["0.2*v1".into(), format!("0.3*{mass:?}*v2")]),
+            masses: vec!["1".into(), format!("{mass:?}")],
+            ..Description::default()
+        };
+        let model = Model::Custom(Described::Separable(Custom::new(&description).unwrap()));
+        let problem = Problem { model, q: vec![1.3, q * u], p: vec![-0.4, p / u], end: 1.0 };
+        let tangent = Tangent::new(&problem.model, find("rk4").unwrap()).unwrap();
+        let mut state = problem.start::<Quad>().unwrap();
+        let found = tangent.step_with_jacobian(Quad::from_f64(0.1), &mut state).unwrap();
+        let sizes = [1.0, u, 1.0, 1.0 / u];
+        Mat::from_fn(4, 4, |i, j| found[(i, j)] * sizes[j] / sizes[i])
+    };
+    for start in [[0.7, 0.2], [0.0, 0.0], [1e-9, -1e-13]] {
+        let exact = scaled(1.0, start);
+        for u in [1e-3, 1e-8, 1e-12, 1e6, 1e12] {
+            let found = scaled(u, start);
+            for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+                let off = (found[(i, j)] - exact[(i, j)]).abs();
+                assert!(off < 1e-9, "u = {u:e}, {start:?}: J{i}{j} = {:e}", found[(i, j)]);
+            }
+        }
+    }
+}
+
 /// A motion that decays for ever does not run out of digits.
 #[test]
 fn the_derivative_is_not_lost_near_the_least_number() {

@@ -23,6 +23,9 @@ const NEUTRAL: f64 = 1e-6;
 /// The distance from 1 of the reference's multiplier along a cycle above which it is in doubt. A
 /// choice: multipliers are printed with two digits.
 const DOUBTED: f64 = 1e-3;
+/// A coordinate with an amplitude below this share of the largest is at rest. A choice, as where
+/// cycles are found.
+const AT_REST: f64 = 1e-9;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<LimitCycle>) -> Boxed<'a> {
     let made = |plan: &DynamicsPlan<LimitCycle>, parts| sheet(scene, plan, plan.gather(parts));
@@ -42,14 +45,17 @@ fn sheet(
     sheet.runs.extend(found.iter().map(|cycles| {
         RunOutcome::of(&cycles.ending, "limit-cycle", model.name(), cycles.row.name, cycles.h)
     }));
-    sheet.text(prose(plan, parameter));
-    let readings = readings(parameter, &found);
-    sheet.table(&HEADER, found.iter().map(|cycles| cells(cycles, &readings)).collect());
+    let shown = shown(&found);
+    let amplitude = format!("amplitude of q{}", shown + 1);
+    sheet.text(prose(plan, parameter, shown));
+    let readings = readings(parameter, &found, shown);
+    let header = HEADER.map(|title| if title == "amplitude" { &amplitude } else { title });
+    sheet.table(&header, found.iter().map(|cycles| cells(cycles, &readings)).collect());
     sheet.find("Limit cycle", readings, what_is_seen);
     if let Some(parameter) = parameter {
-        let curve = |cycles: &Cycles| line(&label(cycles.row, cycles.h), points(cycles));
+        let curve = |cycles: &Cycles| line(&label(cycles.row, cycles.h), points(cycles, shown));
         let title = format!("Amplitude against {parameter}");
-        let y = Axis::linear(scene.units.variable(Variable::Q, "amplitude of q1"));
+        let y = Axis::linear(scene.units.variable(Variable::Q, &amplitude));
         let curves = found.iter().map(curve).collect();
         let chart = LineChart::new(title, Axis::linear(parameter), y, curves);
         sheet.show("limit-cycle", &chart, "Stable and unstable cycles.", DATA);
@@ -57,31 +63,40 @@ fn sheet(
     Ok(sheet)
 }
 
-fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>) -> String {
+/// The degree of freedom whose amplitude is shown: the first that moves in the first cycle found.
+fn shown(found: &[Cycles]) -> usize {
+    let Some(cycle) = found.iter().find_map(first) else { return 0 };
+    let largest = cycle.amplitude.iter().copied().fold(0.0, f64::max);
+    cycle.amplitude.iter().position(|own| *own > AT_REST * largest).unwrap_or(0)
+}
+
+fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>, shown: usize) -> String {
     let along = parameter.map_or(String::new(), |name| {
         format!(" The branch is followed in {name}; a value may occur more than once.")
     });
     format!(
         "The cycle of each method near its state at t = {}: n steps that lead back to their start, \
-         found by Newton's method. The amplitude is max |q1|, at steps and between them; of an \
-         angle that turns, half the range of q1 less its uniform rotation. The multipliers are \
+         found by Newton's method. The amplitude is max |q{j}|, at steps and between them; of an \
+         angle that turns, half the range of q{j} less its uniform rotation. The multipliers are \
          those by which small displacements grow over a period; the cycle is stable if all are \
          less than 1, but for the one along a cycle without a drive, and neutral if the largest of \
          the others is 1 to a millionth. A multiplier that is lost in the roundings of the largest \
          is left out of the table, and only its bound is said.{along}{}",
         plan.study.transient,
         of_reference(plan.reference),
+        j = shown + 1,
     )
 }
 
-fn readings(parameter: Option<&str>, found: &[Cycles]) -> Readings {
+fn readings(parameter: Option<&str>, found: &[Cycles], shown: usize) -> Readings {
     let mut readings = Readings::default();
     let exact = found.iter().find(|cycles| cycles.row.name == REFERENCE_LABEL).and_then(first);
     for cycles in found {
         let (label, cycle) = (label(cycles.row, cycles.h), first(cycles));
         readings.add(&label, "run", cycles.ending.outcome);
         readings.add(&label, "period", cycle.map(|cycle| cycle.period));
-        readings.add(&label, "amplitude", cycle.map(|cycle| cycle.amplitude[0]));
+        readings.add(&label, "amplitude", cycle.map(|cycle| cycle.amplitude[shown]));
+        readings.add(&label, "coordinate", format!("q{}", shown + 1));
         readings.add(&label, "multiplier", cycle.and_then(largest));
         readings.add(&label, "lost below", cycle.and_then(|cycle| cycle.lost_below));
         if cycles.row.name == REFERENCE_LABEL {
@@ -93,7 +108,7 @@ fn readings(parameter: Option<&str>, found: &[Cycles]) -> Readings {
         {
             let off = |own: f64, exact: f64| (own - exact).abs() / exact;
             readings.add(&label, "period off", off(cycle.period, exact.period));
-            let off = off(cycle.amplitude[0], exact.amplitude[0]);
+            let off = off(cycle.amplitude[shown], exact.amplitude[shown]);
             readings.add(&label, "amplitude off", off);
         }
         if let Some(parameter) = parameter {
@@ -107,7 +122,7 @@ const HEADER: [&str; 7] = [
     "method and step",
     "run",
     "period",
-    "amplitude of q1",
+    "amplitude",
     "largest multiplier",
     "relative error of the period",
     "of the amplitude",
@@ -120,7 +135,7 @@ fn cells(cycles: &Cycles, readings: &Readings) -> Vec<String> {
         label.clone(),
         cycles.ending.describe(),
         decimal(cycle.map(|cycle| cycle.period)),
-        decimal(cycle.map(|cycle| cycle.amplitude[0])),
+        decimal(readings.known(&label, "amplitude")),
         number("multiplier"),
         number("period off"),
         number("amplitude off"),
@@ -131,8 +146,8 @@ fn first(cycles: &Cycles) -> Option<&Cycle> {
     cycles.points.first().map(|point| &point.cycle)
 }
 
-fn points(cycles: &Cycles) -> Vec<(f64, f64)> {
-    let place = |cycle: &Cycle| Some((cycle.value?, cycle.amplitude[0]));
+fn points(cycles: &Cycles, shown: usize) -> Vec<(f64, f64)> {
+    let place = |cycle: &Cycle| Some((cycle.value?, cycle.amplitude[shown]));
     cycles.points.iter().filter_map(|point| place(&point.cycle)).collect()
 }
 
@@ -200,8 +215,12 @@ fn what_is_seen(r: &Readings) -> Said {
             ),
             _ => String::new(),
         };
+        let of = match r.word(label, "coordinate") {
+            "q1" => String::new(),
+            other => format!(" of {other}"),
+        };
         format!(
-            "{label}: period {}, amplitude {}, {stable} (largest multiplier {below}{}){off}{events}\
+            "{label}: period {}, amplitude{of} {}, {stable} (largest multiplier {below}{}){off}{events}\
              {end}{doubt}",
             significant(number("period"), 7),
             significant(number("amplitude"), 7),
@@ -220,9 +239,9 @@ mod tests {
     use afterbay_analysis::study::outcome::Ending;
     use afterbay_methods::registry::REFERENCE;
 
-    /// The verdict and the sentence on a cycle of the reference that has these multipliers.
-    fn said(multipliers: [f64; 2], multiple: Option<u64>) -> Said {
-        let cycle = Cycle {
+    /// A cycle that has these multipliers.
+    fn cycle(multipliers: [f64; 2], multiple: Option<u64>) -> Cycle {
+        Cycle {
             value: None,
             h: 0.01,
             period: 5.0,
@@ -231,21 +250,38 @@ mod tests {
             amplitude: vec![1.0],
             multipliers: multipliers.map(|re| [re, 0.0]).to_vec(),
             lost_below: None,
-        };
+        }
+    }
+
+    /// The verdict and the sentence on a cycle of the reference.
+    fn said_of(cycle: Cycle) -> Said {
         let points = vec![Point { cycle, event: None }];
         let cycles = Cycles { row: &REFERENCE, h: 0.01, points, ending: Ending::completed() };
-        what_is_seen(&readings(None, &[cycles]))
+        let found = [cycles];
+        what_is_seen(&readings(None, &found, shown(&found)))
+    }
+
+    #[test]
+    fn the_amplitude_shown_is_that_of_a_coordinate_that_moves() {
+        for (amplitude, of) in [
+            (vec![1e-20, 2.0, 1.0], "amplitude of q2 2.0"),
+            (vec![1e-3, 2.0], "amplitude 0.001"),
+            (vec![0.0, 0.0], "amplitude 0"),
+        ] {
+            let (_, statement) = said_of(Cycle { amplitude, ..cycle([1.0, 0.5], None) });
+            assert!(statement.contains(of), "{statement}");
+        }
     }
 
     #[test]
     fn a_reference_without_the_multiplier_along_its_cycle_is_in_doubt() {
-        let (verdict, statement) = said([1.25, 0.5], None);
+        let (verdict, statement) = said_of(cycle([1.25, 0.5], None));
         assert_eq!(verdict, Verdict::Fails);
         let doubt = "; it is in doubt, since a multiplier that is 1 is off by 2.5e-1: take a \
                      smaller step.";
         assert!(statement.ends_with(doubt), "{statement}");
         for (multipliers, multiple) in [([1.0005, 0.5], None), ([1.25, 0.5], Some(1))] {
-            let (verdict, statement) = said(multipliers, multiple);
+            let (verdict, statement) = said_of(cycle(multipliers, multiple));
             assert!(verdict == Verdict::Note && !statement.contains("doubt"), "{statement}");
         }
     }

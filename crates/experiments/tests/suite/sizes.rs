@@ -8,6 +8,7 @@ use afterbay_analysis::study::basins::{Axis, Basins, Known};
 use afterbay_analysis::study::bifurcation::{Bifurcation, Column};
 use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::limit_cycle::{Branch, Cycle, LimitCycle};
+use afterbay_analysis::study::lyapunov::Lyapunov;
 use afterbay_analysis::study::poincare::Poincare;
 use afterbay_analysis::study::resonance::Resonance;
 use afterbay_analysis::study::section::Section;
@@ -148,13 +149,31 @@ fn cycles_are_the_same_in_all_units() {
     let van_der_pol = ["x^2/2", "2*(x^2 - 1)*y", ""];
     for of in [van_der_pol, ["(x^2 - 1)^2/4", "0.25*y", "0.5*f*cos(omega*t)"]] {
         let exact = found(of, VIEWS[0]);
-        for view in VIEWS {
+        for view in VIEWS.into_iter().chain([[1e-8, 0.0], [1e9, 0.0]]) {
             let cycle = found(of, view);
             assert_eq!(cycle.multiple, exact.multiple);
             assert!((cycle.period / exact.period - 1.0).abs() < 1e-9, "{view:?}: {cycle:?}");
             let both = cycle.multipliers.iter().zip(&exact.multipliers);
             let off = both.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max);
             assert!(off < 1e-8, "{view:?}: {cycle:?}, {exact:?}");
+        }
+    }
+}
+
+/// Displacements of each coordinate, and the tangent vectors, are measured in its own unit.
+#[test]
+fn lyapunov_exponents_are_the_same_in_all_units() {
+    let found = |s: f64| {
+        let problem = problem("x^4/4 + 0.3*q1*x", "0.2*y", "f*cos(omega*t)", [s, 0.0], [1.0, 0.2]);
+        let study = Lyapunov { problem, transient: 2.0, time: 20.0, rows: 4 };
+        let found = study.run(find("rk4").unwrap(), 0.1, &Silent).unwrap();
+        found.exponents().unwrap_or_else(|| panic!("{s:e}: {}", found.ending.describe()))
+    };
+    let exact = found(1.0);
+    for powers in [-40, -20, 20, 40] {
+        let exponents = found(2.0_f64.powi(powers));
+        for (a, b) in exact.iter().zip(&exponents) {
+            assert!((a - b).abs() < 1e-9, "2^{powers}: {exponents:?}, {exact:?}");
         }
     }
 }

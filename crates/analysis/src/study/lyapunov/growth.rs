@@ -2,11 +2,13 @@
 
 use crate::Model;
 use crate::study::outcome::Ending;
+use crate::study::stability::balance;
 use crate::study::tangent::Tangent;
 use afterbay_core::{
     Block, InputError, IntegrateError, Quad, RunError, Scalar, SecondDerivatives, State, StateRef,
 };
 use faer::Mat;
+use nalgebra::DMatrix;
 use std::sync::Arc;
 
 /// The reason why the growth over a run ends before its time.
@@ -68,22 +70,22 @@ impl Growth {
     }
 }
 
-/// The powers of 2 among which the unit of p is chosen. In units in which a motion has q and p of
-/// about equal sizes it is that of q, so that exponents there do not depend on the choice.
+/// The units are powers of 2 to this power. They are 1 in a motion whose entries have about equal
+/// sizes, so that exponents there do not depend on the choice.
 const POWER: f64 = 20.0;
 
-/// Orthonormal tangent vectors, with p in units of its own: sizes of q and p that differ by many
-/// powers of ten, as in SI units, would mix in the rounding of an orthonormalization.
+/// Orthonormal tangent vectors, with each entry of (q, p) in a unit of its own: sizes that differ by
+/// many powers of ten, as in SI units, would mix in the rounding of an orthonormalization.
 pub(super) struct Frame {
     vectors: Mat<f64>,
-    /// The unit of p over that of q; none before the first step.
-    unit: Option<f64>,
+    /// The units; none before the first step.
+    units: Option<Vec<f64>>,
 }
 
 impl Frame {
     /// The unit vectors of 2N dimensions.
     pub(super) fn new(size: usize) -> Self {
-        Self { vectors: Mat::identity(size, size), unit: None }
+        Self { vectors: Mat::identity(size, size), units: None }
     }
 
     /// Takes one step from a state, and adds the growth of the vectors in it to the sums.
@@ -101,8 +103,8 @@ impl Frame {
         let mut state = lifted(from);
         let mut jacobian =
             tangent.step_with_jacobian(Quad::from_f64(h), &mut state).map_err(Stop::Run)?;
-        let unit = *self.unit.get_or_insert_with(|| unit_of_p(&jacobian));
-        put_in_units(&mut jacobian, unit);
+        let units = self.units.get_or_insert_with(|| units_of(&jacobian));
+        put_in_units(&mut jacobian, units);
         let qr = (&jacobian * &self.vectors).qr();
         let diagonal = qr.thin_R().diagonal();
         let size = growth.logs.len();
@@ -128,24 +130,25 @@ impl Frame {
     }
 }
 
-/// The unit of p over that of q in which displacements of both change each other by about as much
-/// in a step, among the powers of [`POWER`]. It is 1 where one of them does not change the other.
-fn unit_of_p(jacobian: &Mat<f64>) -> f64 {
-    let n = jacobian.nrows() / 2;
-    let largest = |row: usize, column: usize| {
-        let entries = (0..n).flat_map(|i| (0..n).map(move |j| jacobian[(row + i, column + j)]));
-        entries.map(f64::abs).fold(0.0, f64::max)
+/// The units of the entries of (q, p), relative to that of q1, in which displacements of all of them
+/// change each other by about as much in a step, among the powers of 2^[`POWER`].
+fn units_of(jacobian: &Mat<f64>) -> Vec<f64> {
+    let size = jacobian.nrows();
+    let off_diagonal = |i, j| if i == j { 0.0 } else { jacobian[(i, j)] };
+    let Some((_, sizes)) = balance(&mut DMatrix::from_fn(size, size, off_diagonal)) else {
+        return vec![1.0; size];
     };
-    let power = (0.5 * (largest(n, 0).log2() - largest(0, n).log2()) / POWER).round();
-    if power.is_finite() { (POWER * power).exp2() } else { 1.0 }
+    let unit = |own: &f64| (POWER * ((own / sizes[0]).log2() / POWER).round()).exp2();
+    let usable = |unit: f64| if unit.is_finite() && unit > 0.0 { unit } else { 1.0 };
+    sizes.iter().map(unit).map(usable).collect()
 }
 
-/// Puts a Jacobian in units in which p has the given one, a power of 2.
-fn put_in_units(jacobian: &mut Mat<f64>, unit: f64) {
-    let n = jacobian.nrows() / 2;
-    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-        jacobian[(n + i, j)] /= unit;
-        jacobian[(i, n + j)] *= unit;
+/// Puts a Jacobian in the given units, powers of 2.
+fn put_in_units(jacobian: &mut Mat<f64>, units: &[f64]) {
+    for (i, own) in units.iter().enumerate() {
+        for (j, unit) in units.iter().enumerate() {
+            jacobian[(i, j)] *= unit / own;
+        }
     }
 }
 
