@@ -8,6 +8,7 @@
 
 pub mod columns;
 pub mod digits;
+mod finite_or_none;
 pub mod measured;
 mod model;
 mod observable;

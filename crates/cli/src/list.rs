@@ -85,10 +85,11 @@ struct Word {
 
 /// The elements of expressions.
 fn words() -> impl Iterator<Item = Word> {
-    const OTHERS: [(&str, &str); 9] = [
+    const OTHERS: [(&str, &str); 10] = [
         ("q1, q2, ..", "coordinates; also q[1], q[i+1]"),
         ("p1, p2, ..", "momenta; also p[1], p[i+1]"),
         ("v1, v2, ..", "in D: the velocities ∂H/∂p_j; also v[1], v[i+1]"),
+        ("t", "the time, in V, D and forces"),
         ("+ - * / ^", "operators; -q1^2 is -(q1^2), and 2^3^2 is 2^(3^2)"),
         ("pi", "3.14159.."),
         ("n", "the number of degrees of freedom"),

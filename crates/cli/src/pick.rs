@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
 /// Checks before the search that its results can be written.
 fn prepare(arguments: &PickArguments, scene: &Scene) -> Result<(), Failure> {
     if let Some(file) = &arguments.write {
-        if file.exists() && !arguments.force {
+        if file.is_file() && !arguments.force {
             return Err(Failure::exists(file));
         }
         writable(file).map_err(|error| Failure::unwritable(file, error))?;

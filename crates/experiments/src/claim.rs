@@ -193,6 +193,15 @@ pub(crate) fn sci(number: f64) -> String {
     if number.is_nan() { "not known".into() } else { format!("{number:.1e}") }
 }
 
+/// A deviation of K for a sentence, with one significant digit.
+pub(crate) fn deviation(drift: f64) -> String {
+    if drift.is_finite() {
+        format!("{drift:.0e}")
+    } else {
+        "an unknown amount (H overflows)".into()
+    }
+}
+
 /// A number for a sentence, with the given number of decimals; with two significant digits if these
 /// decimals do not tell it from zero, or if it is too large for them.
 pub(crate) fn fixed(number: f64, decimals: usize) -> String {

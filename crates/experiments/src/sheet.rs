@@ -308,5 +308,5 @@ pub(crate) fn decimal(value: Option<f64>) -> String {
 
 /// The cell of a number with two significant digits; empty if there is none.
 pub(crate) fn scientific(value: Option<f64>) -> String {
-    value.map_or(String::new(), |value| format!("{value:.1e}"))
+    value.filter(|value| value.is_finite()).map_or(String::new(), |value| format!("{value:.1e}"))
 }

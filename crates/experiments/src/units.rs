@@ -41,6 +41,12 @@ impl UnitsTable {
         unit.as_deref()
     }
 
+    /// The label of a result that begins with the name of a column, for instance `H at the end [J]`.
+    pub(crate) fn result(&self, what: &str) -> String {
+        let column = what.trim_start_matches("Σ ").split(' ').next();
+        with(what, column.and_then(|column| self.of_column(column)))
+    }
+
     /// The label of an axis that shows `quantity`, which is of the kind of an observable.
     pub(crate) fn observable(&self, observable: Observable, quantity: &str) -> String {
         match observable {

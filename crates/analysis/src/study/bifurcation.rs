@@ -177,7 +177,7 @@ impl Bifurcation {
         let members = values.iter().map(member).collect::<Result<Vec<_>, MapError>>()?;
         let ended = self.ensemble(row, h, progress).follow(members)?;
         let column = |((trace, ending), &value): ((Trace, Ending), &f64)| {
-            let h = self.section.grid(&self.model(value)?, h)?.h;
+            let h = self.section.grid_of(row, &self.model(value)?, h)?.h;
             let traits = trace.returns.traits(trace.returns.run());
             Ok(trace.column([value, h], Way::Afresh, ending, traits))
         };
@@ -203,7 +203,7 @@ impl Bifurcation {
         let (mut columns, mut whole) = (Vec::new(), Ranges::nothing(self.problem.model.degrees()));
         for value in values {
             let model = self.model(value)?;
-            let step = self.section.grid(&model, h)?.h;
+            let step = self.section.grid_of(row, &model, h)?.h;
             let trace = self.trace(model.periods());
             let member = Member { value, model, start };
             let Some((trace, ending)) = ensemble.follow(vec![(member, trace)])?.pop() else {

@@ -4,6 +4,7 @@ use super::cell::{Cell, Study, compute_all, reference_bytes};
 use super::outcome::Ending;
 use super::watch::Watch;
 use super::{PUMPED, Problem, numbered};
+use crate::finite_or_none;
 use crate::progress::{Piece, Progress};
 use crate::solution::accounts;
 use crate::words::{Word, word};
@@ -22,9 +23,11 @@ pub struct EnergyRow {
     pub h: f64,
     /// Time.
     pub t: f64,
-    /// H(q, p)
+    /// H(q, p); not finite, and an empty cell, where its terms overflow.
+    #[serde(with = "finite_or_none")]
     pub energy: f64,
-    /// K - K0
+    /// K - K0, as H.
+    #[serde(with = "finite_or_none")]
     pub drift: f64,
     /// R, the energy divided by that of the step before.
     pub ratio: Option<f64>,

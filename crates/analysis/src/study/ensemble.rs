@@ -92,7 +92,7 @@ impl Ensemble<'_> {
                 None => Arc::new(member.model.bind(self.row)?),
             };
             shared = Some(Arc::clone(&run));
-            let grid = self.section.grid(&member.model, self.h)?;
+            let grid = self.section.grid_of(self.row, &member.model, self.h)?;
             let (mut state, dof) = (member.start.clone(), member.model.degrees());
             let (since, returns, ending) = (std::mem::take(&mut state.t), 0, None);
             let mut path = Ranges::nothing(dof);

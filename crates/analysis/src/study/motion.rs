@@ -49,6 +49,11 @@ impl Motion {
         (0..dof).all(|j| rounds(j) || (faded(j) && faded(dof + j)))
     }
 
+    /// Whether the motion that has settled is some thousand roundings of another.
+    pub(super) fn is_rounding_beside(&self, whole: &Ranges) -> bool {
+        (0..whole.len()).all(|j| self.settled.extent(j) <= OF_MAGNITUDE * whole.extent(j))
+    }
+
     /// The distance of states of the motion that has settled. `periods` are those of the
     /// coordinates.
     pub(super) fn metric(&self, periods: &[Option<f64>]) -> Metric {

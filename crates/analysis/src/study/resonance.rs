@@ -11,9 +11,10 @@ use super::dynamics::{Dynamics, PiecePlan};
 use super::motion::Motion;
 use super::numbered;
 use super::outcome::Ending;
+use super::ranges::Ranges;
 use super::section::{Section, nearest, point, rewind};
 use super::stability::MapError;
-use super::zero::{at_zero, copy};
+use super::zero::{at_zero_in_part, copy, step_part};
 use crate::Model;
 use crate::Spacing;
 use crate::progress::Progress;
@@ -22,10 +23,11 @@ use crate::words::{Word, word};
 use afterbay_core::{Accounts, Grid, IntegrateError, State, StateRef, System};
 use afterbay_methods::registry::{Row, Run};
 use serde::{Deserialize, Serialize};
-use std::ops::ControlFlow;
 
 /// The word of a motion that does not repeat over the measured periods.
 pub const UNSTEADY: &str = "unsteady";
+/// The word of a motion that has come to rest: it is a rounding beside that from which it decays.
+pub const AT_REST: &str = "at-rest";
 /// The largest distance from the first to the last state of the measured periods of a steady
 /// motion.
 const STEADY: f64 = 1e-6;
@@ -104,24 +106,30 @@ impl Resonance {
         }
         let mut state: State<Vec<f64>> = self.problem.start()?;
         let mut rows = Vec::new();
+        // A decay goes on from value to value.
+        let mut since_start = Ranges::nothing(self.problem.model.degrees());
         for value in values {
-            if progress.stopped() {
-                break;
-            }
             let model = self.problem.model.with(&self.parameter, value)?;
-            let (run, grid) = (model.bind(row)?, Self::SECTION.grid(&model, h)?);
+            let (run, grid) = (model.bind(row)?, Self::SECTION.grid_of(row, &model, h)?);
             let frequency = std::f64::consts::TAU / (grid.h * grid.steps as f64);
-            let found = self.steady(&model, &run, grid, &mut state);
-            if let Err(IntegrateError::Input(error)) = found {
-                return Err(error.into());
+            let found = self.steady(&model, &run, grid, &mut state, progress);
+            match found {
+                Err(IntegrateError::Interrupted) => break,
+                Err(IntegrateError::Input(error)) => return Err(error.into()),
+                Err(IntegrateError::Run(_)) | Ok(_) => {}
+            }
+            if let Ok(steady) = &found {
+                since_start.join(steady.motion.run());
             }
             let ending = match &found {
-                Ok(steady) if steady.returned > STEADY => unsteady(),
+                Ok(steady) if steady.motion.is_rounding_beside(&since_start) => ended(AT_REST),
+                Ok(steady) if steady.returned > STEADY => ended(UNSTEADY),
                 _ => Ending::of(&found, 0, 0),
             };
             let steady = found.ok();
-            if steady.is_none() {
+            if steady.is_none() || ending.outcome == AT_REST {
                 state = self.problem.start()?;
+                since_start.clear();
             }
             rows.push(ResonanceRow {
                 method: row.name,
@@ -153,6 +161,7 @@ impl Resonance {
         run: &Run<f64>,
         grid: Grid<f64>,
         state: &mut State<Vec<f64>>,
+        progress: &dyn Progress,
     ) -> Result<Steady, IntegrateError> {
         let (dof, angles) = (model.degrees(), model.periods());
         // A period begins where the last one ended, less the whole turns of angles.
@@ -162,13 +171,18 @@ impl Resonance {
                 *q = period.map_or(*q, |period| from + nearest(*q - from, period));
             }
         };
+        let go_on = || match progress.stopped() {
+            true => Err(IntegrateError::Interrupted),
+            false => Ok(()),
+        };
         let mut motion = Motion::new(dof);
         for _ in 0..self.transient {
             let from = state.q[..dof].to_vec();
             run.run(grid, state, 1, &mut |_, now| {
                 motion.see(now);
-                ControlFlow::Continue(())
+                progress.flow()
             })?;
+            go_on()?;
             begin_anew(state, &from);
         }
         motion.settle();
@@ -180,14 +194,15 @@ impl Resonance {
         let mut range: Vec<[f64; 2]> = state.q[..dof].iter().map(|&q| [q, q]).collect();
         for _ in 0..self.periods {
             let from = state.q[..dof].to_vec();
-            let mut turns = Turns::new(&*system, state);
+            let mut turns = Turns::new(&*system, grid, state);
             run.run(grid, state, 1, &mut |step, now| {
                 motion.see(now);
                 if step > 0 {
                     turns.see(run, grid.h, now, &mut range);
                 }
-                ControlFlow::Continue(())
+                progress.flow()
             })?;
+            go_on()?;
             begin_anew(state, &from);
         }
         let Accounts { w, s, pumped } = accounts(state.state_ref(), &model.motors());
@@ -197,7 +212,7 @@ impl Resonance {
         let amplitude = range.iter().zip(&angles).map(|(range, period)| largest(*range, *period));
         let amplitude = amplitude.collect();
         let returned = motion.metric(&angles).distance(&start.concat(), &end.concat());
-        Ok(Steady { amplitude, supplied: mean(&gained), dissipated: mean(&w), returned })
+        Ok(Steady { amplitude, supplied: mean(&gained), dissipated: mean(&w), returned, motion })
     }
 }
 
@@ -232,9 +247,9 @@ impl Dynamics for Resonance {
     }
 }
 
-/// The ending of a run whose motion does not repeat.
-fn unsteady() -> Ending {
-    Ending { outcome: UNSTEADY, failure: None }
+/// The ending of a run whose motion is not steady.
+fn ended(outcome: Word) -> Ending {
+    Ending { outcome, failure: None }
 }
 
 /// The measures of a steady motion.
@@ -244,34 +259,52 @@ struct Steady {
     dissipated: f64,
     /// The distance from the first state of the measured periods to the last.
     returned: f64,
+    motion: Motion,
 }
 
-/// Looks for the states at which a coordinate turns back, where its velocity changes sign.
+/// The least number of states in a period between which turns are looked for. A choice.
+const LOOKS: f64 = 32.0;
+
+/// Looks for the states at which a coordinate turns back, where its velocity changes sign. Long
+/// steps are looked at in parts.
 struct Turns<'a> {
     system: &'a dyn System<f64>,
-    before: State<Vec<f64>>,
+    /// The number of parts of a step.
+    parts: u32,
+    /// The start of the step.
+    start: State<Vec<f64>>,
     velocity: Vec<f64>,
 }
 
 impl<'a> Turns<'a> {
-    fn new(system: &'a dyn System<f64>, state: &State<Vec<f64>>) -> Self {
-        let velocity = velocity(system, state.state_ref());
-        Self { system, before: state.clone(), velocity }
+    fn new(system: &'a dyn System<f64>, grid: Grid<f64>, start: &State<Vec<f64>>) -> Self {
+        let parts = (LOOKS / grid.steps as f64).ceil() as u32;
+        Self { system, parts, start: start.clone(), velocity: velocity(system, start.state_ref()) }
     }
 
     /// Extends the ranges of the coordinates to those between the last state and this one.
     fn see(&mut self, run: &Run<f64>, h: f64, now: StateRef<'_, f64>, range: &mut [[f64; 2]]) {
-        let after = velocity(self.system, now);
-        for (j, [least, most]) in range.iter_mut().enumerate() {
-            let mut extend = |q: f64| (*least, *most) = (least.min(q), most.max(q));
-            extend(now.q[j]);
-            if self.velocity[j] * after[j] < 0.0 {
-                let distance = |state: StateRef<'_, f64>| velocity(self.system, state)[j];
-                extend(at_zero(run, h, distance, &self.before, now).q[j]);
+        let mut end = self.start.clone();
+        copy(now, &mut end);
+        let share = |k: u32| f64::from(k) / f64::from(self.parts);
+        let inner = (1..self.parts).map(share);
+        let inner = inner.filter_map(|at| Some((at, step_part(run, at * h, &self.start)?)));
+        let inner: Vec<_> = inner.collect();
+        let mut before = (0.0, &self.start);
+        for (at, after) in inner.iter().map(|(at, state)| (*at, state)).chain([(1.0, &end)]) {
+            let velocities = velocity(self.system, after.state_ref());
+            for (j, [least, most]) in range.iter_mut().enumerate() {
+                let mut extend = |q: f64| (*least, *most) = (least.min(q), most.max(q));
+                extend(after.q[j]);
+                if self.velocity[j] * velocities[j] < 0.0 {
+                    let distance = |state: StateRef<'_, f64>| velocity(self.system, state)[j];
+                    let ends = [before, (at, after)];
+                    extend(at_zero_in_part(run, h, distance, &self.start, ends).q[j]);
+                }
             }
+            (before, self.velocity) = ((at, after), velocities);
         }
-        copy(now, &mut self.before);
-        self.velocity = after;
+        self.start = end;
     }
 }
 

@@ -5,6 +5,7 @@ use crate::Model;
 use crate::Variable;
 use crate::digits::significant;
 use afterbay_core::{Grid, InputError, StateRef};
+use afterbay_methods::registry::{REFERENCE, Row};
 use serde::{Deserialize, Serialize};
 
 /// The states at which a run is observed.
@@ -61,6 +62,9 @@ impl Direction {
 
 /// The reason why states cannot be taken once in a period.
 const UNTIMED: &str = "no period of the forces is known: give an interval";
+/// The least number of steps of the reference in an interval: the error of DOP853 is then some
+/// 1e-10 of a smooth motion.
+pub const LEAST_STEPS: f64 = 32.0;
 /// The most steps between two crossings. A run that takes more does not return.
 pub(crate) const MOST_STEPS_BETWEEN: u64 = 1_000_000;
 
@@ -86,6 +90,21 @@ impl Section {
             None if matches!(self, Self::Crossing(_)) => Grid::of(h, MOST_STEPS_BETWEEN),
             None => Err(InputError::Unsupported { method: "a stroboscopic section", why: UNTIMED }),
         }
+    }
+
+    /// [`Section::grid`] of a method. The reference takes at least [`LEAST_STEPS`] steps in an
+    /// interval, which a parameter of the drive may shorten.
+    ///
+    /// # Errors
+    /// Those of [`Section::grid`].
+    pub(super) fn grid_of(
+        &self,
+        row: &Row,
+        model: &Model,
+        h: f64,
+    ) -> Result<Grid<f64>, InputError> {
+        let shortest = self.interval(model).filter(|_| row.name == REFERENCE.name);
+        self.grid(model, shortest.map_or(h, |all| h.min(all / LEAST_STEPS)))
     }
 
     /// The interval of a stroboscopic section.

@@ -11,6 +11,7 @@ pub use samples::{dense, samples};
 
 use super::outcome::Ending;
 use super::{PUMPED, Problem, numbered};
+use crate::finite_or_none;
 use crate::progress::Progress;
 use crate::solution::accounts;
 use crate::words::{Word, word as read_word};
@@ -61,9 +62,11 @@ pub struct TrajectoryRow {
     pub s: Vec<f64>,
     /// The energy s_t pumped by V(q, t); empty where V and D do not depend on t.
     pub pumped: Vec<f64>,
-    /// H
+    /// H; not finite, and an empty cell, where its terms overflow.
+    #[serde(with = "finite_or_none")]
     pub energy: f64,
-    /// K = H + Σ w - Σ s - s_t
+    /// K = H + Σ w - Σ s - s_t, as H.
+    #[serde(with = "finite_or_none")]
     pub total: f64,
 }
 
@@ -108,7 +111,8 @@ impl TrajectoryRow {
     pub fn read(method: &'static str, line: &str, model: &Model) -> Option<Self> {
         let mut cells = line.trim_end().split(',').skip(1);
         let step = cells.next()?.parse().ok()?;
-        let numbers: Vec<f64> = cells.map(|cell| cell.parse().ok()).collect::<Option<_>>()?;
+        let number = |cell: &str| if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() };
+        let numbers: Vec<f64> = cells.map(number).collect::<Option<_>>()?;
         let (t, mut rest) = numbers.split_first()?;
         let mut part = |count: usize| {
             let (part, behind) = rest.split_at_checked(count)?;

@@ -7,7 +7,10 @@ use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
 use afterbay_analysis::study::trajectory::{Legs, Steps, TrajectoryRow, dense, run};
 use afterbay_methods::registry::{Row, find};
-use afterbay_systems::{CustomDrive, DUFFING, DriveDescription, FPUT_CHAIN};
+use afterbay_systems::{
+    Custom, CustomDrive, DUFFING, Described, Description, DissipationText, DriveDescription,
+    FPUT_CHAIN,
+};
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicU64;
 
@@ -176,4 +179,28 @@ fn a_method_that_chooses_its_steps_has_to_have_a_tolerance() {
         let error = found.expect_err("no tolerance").to_string();
         assert_eq!(error, "adaptive-dop853 does not apply: it takes a tolerance, not a step");
     }
+}
+
+/// The terms of H overflow with opposite signs while q and p are finite.
+#[test]
+fn an_energy_that_overflows_is_an_empty_cell_and_no_fault_of_the_system() {
+    let description = Description {
+        potential: "-q1^4".into(),
+        dissipation: DissipationText::Forces(vec!["0.1*v1".into()]),
+        ..Description::default()
+    };
+    let model = Model::Custom(Described::Separable(Custom::new(&description).expect("a system")));
+    let problem = Problem { model: model.clone(), q: vec![1.0], p: vec![1.0], end: 4.0 };
+    let found = run(&problem, &[find("rk4").expect("a method")], 0.1, 1, &Silent).expect("a run");
+    let Ending { outcome, failure } = &found[0].ending;
+    let failure = failure.as_ref().expect("a failure");
+    assert!(*outcome == "not-finite" && !failure.contains("check the parameters"), "{failure}");
+    let last = found[0].rows.last().expect("a row");
+    assert!(last.q[0].is_finite() && last.energy.is_nan(), "{last:?}");
+    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    writer.serialize(last).expect("a line");
+    let line = String::from_utf8(writer.into_inner().expect("bytes")).expect("UTF-8");
+    assert!(line.ends_with(",,\n"), "{line}");
+    let read = TrajectoryRow::read("rk4", &line, &model).expect("a row");
+    assert!(read.energy.is_nan() && read.total.is_nan() && read.q == last.q, "{read:?}");
 }

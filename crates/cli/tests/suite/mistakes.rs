@@ -35,10 +35,10 @@ parameters = { g = 9.81, c = 0.1 }
 /// Parts of the scene, what stands in their place, and words that are said in this order. A scene
 /// without words is valid.
 const MISTAKES: &[(&str, &str, &[&str])] = &[
-    (V, "g*(1 - cos(x))", &["x is not known", "known here are q1, c, g"]),
+    (V, "g*(1 - cos(x))", &["x is not known", "known here are q1, t, c, g"]),
     (V, "g*theta^2", &["theta is not known", "known here are q1"]),
     (V, "g*q1 + v1", &["v1 has no place here", "coordinates, t and parameters"]),
-    ("c*p1", "c*x", &["x is not known", "known here are q1, p1, v1, c, g"]),
+    ("c*p1", "c*x", &["x is not known", "known here are q1, p1, v1, t, c, g"]),
     (V, "g*q[1]", &[]),
     (V, "ln(g + q1^2)", &[]),
     (V, "g*max(0, q1)^2", &[]),

@@ -60,7 +60,11 @@ impl Axis {
     pub(super) fn span(&self, coordinates: impl Iterator<Item = f64>) -> Span {
         let (lo, hi) = extent(coordinates).unwrap_or((0.0, 1.0));
         let (lo, hi) = if is_flat(lo, hi) { (lo, lo) } else { (lo, hi) };
-        let air = if hi > lo { 0.03 * (hi - lo) } else { 0.5 * lo.abs().max(1e-300) };
+        let air = match lo.abs() {
+            _ if hi > lo => 0.03 * (hi - lo),
+            0.0 => 1.0,
+            size => 0.5 * size.max(1e-300),
+        };
         match self.scale {
             Scale::Linear => {
                 let end = |v: f64, air: f64| if v == 0.0 && hi > lo { 0.0 } else { v + air };
@@ -321,6 +325,12 @@ mod tests {
         assert_eq!(at(&[0.1, 0.0101, 0.01]), ["0.01", "", "0.1"], "no room for a label");
         let many: Vec<f64> = (1..10).map(|i| 0.01 * f64::from(i)).collect();
         assert!(at(&many).is_empty() && at(&[0.1]).is_empty());
+    }
+
+    #[test]
+    fn an_axis_of_zeros_has_the_numbers_about_0() {
+        let span = Axis::linear("q").span([0.0, 0.0].into_iter());
+        assert_eq!(labels(&span), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
     }
 
     #[test]

@@ -257,7 +257,9 @@ pub(super) fn draw_curve(frame: &mut Frame, look: Look, style: Style, points: &[
         let width = if pixels.len() > 400 { 1.3 } else { 1.9 };
         frame.group(r#"stroke-linejoin="round""#, [look.line(&pixels, width)]);
     }
-    if pixels.len() == 1 || style != Style::Line {
+    if pixels.iter().all(|at| *at == pixels[0]) {
+        frame.add(look.markers(&pixels[..pixels.len().min(1)], 4.0));
+    } else if style != Style::Line {
         let marked: Vec<_> =
             pixels.iter().copied().step_by(pixels.len().div_ceil(40).max(1)).collect();
         frame.add(look.markers(&marked, 4.0));

@@ -2,7 +2,7 @@
 
 use super::declared::{Boxed, section};
 use crate::chart::{Axis, Curve, LineChart, Style};
-use crate::claim::{Readings, Said, note};
+use crate::claim::{Readings, Said, deviation, note};
 use crate::findings::{all_completed, ended};
 use crate::record::RunOutcome;
 use crate::scene::{EnergyPlan, Scene};
@@ -149,7 +149,7 @@ fn k_and_w(r: &Readings) -> Said {
     let one = |name: &str| {
         let [error, doubt] = ["error of w", "doubt of w"].map(|what| r.number(name, what));
         let (drift, w) = (r.number(name, "drift"), Measured { error, doubt });
-        format!("{name}: K off by {drift:.0e}, w by {w}{}", ended(r, name))
+        format!("{name}: K off by {}, w by {w}{}", deviation(drift), ended(r, name))
     };
     (note(all_completed(r, "drift")), r.each("drift", one))
 }

@@ -17,8 +17,8 @@ const SHOWN: usize = 6;
 const CHAIN: usize = 8;
 /// The most columns and rows of a map. Several maps of a figure share their square.
 const CELLS: usize = 128;
-/// The most panels of a chart. Beyond, the curves share one plot.
-const PANELS: usize = 12;
+/// The most panels of a chart. A choice: there is one for each method.
+const PANELS: usize = 32;
 
 /// The figures of the scene, and the default ones whose names it does not use and which it does not
 /// show under another name.
@@ -150,7 +150,11 @@ fn draw_curves(
     } else {
         Vec::new()
     };
-    if (1..=PANELS).contains(&panels.len()) {
+    if !panels.is_empty() {
+        if panels.len() > PANELS {
+            caption.push_str(&format!(". The first {PANELS} of {} are shown", panels.len()));
+        }
+        let panels = panels.into_iter().take(PANELS).collect();
         let panels = Panels { title, x: x_axis, own_x: !over_time, y: y_axis, panels };
         return Drawn { drawing: panels.draw(), caption: caption + ".", wide: true };
     }

@@ -18,6 +18,9 @@ use afterbay_methods::registry::{Order, Row};
 const DATA: &str = "global_orders";
 /// An order found this far below the claimed one is not that of the method. A choice.
 const FAR_BELOW: f64 = 0.7;
+/// Nor is one of more than this many times the claimed order. A choice: errors may happen to fall
+/// at twice the order.
+const FAR_ABOVE: f64 = 2.5;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a StepsPlan) -> Boxed<'a> {
     let mut steps = plan.steps.clone();
@@ -108,20 +111,21 @@ pub(super) fn slopes(orders: impl Iterator<Item = Order>) -> Vec<f64> {
 
 fn global(r: &Readings) -> Said {
     let mut statement = orders_of_three(r, 2, "–");
-    let falls_short = |name: &str, claimed: f64| {
-        VARIABLES.iter().any(|variable| r.number(name, variable) < claimed - FAR_BELOW)
+    let is_off = |name: &str, claimed: f64| {
+        let is_off = |order: f64| order < claimed - FAR_BELOW || order > FAR_ABOVE * claimed;
+        VARIABLES.iter().any(|variable| is_off(r.number(name, variable)))
     };
-    let short: Vec<String> = r
+    let off: Vec<String> = r
         .numbers("claimed")
         .into_iter()
-        .filter(|&(name, claimed)| falls_short(name, claimed))
+        .filter(|&(name, claimed)| is_off(name, claimed))
         .map(|(name, _)| name.to_owned())
         .collect();
-    if !short.is_empty() {
+    if !off.is_empty() {
         statement += &format!(
             " The errors of {} do not fall at their order: these steps are too long for it, the \
              motion is too sensitive, or it has kinks.",
-            list(short)
+            list(off)
         );
     }
     (Verdict::Note, statement)
@@ -141,5 +145,7 @@ mod tests {
         assert_eq!(global(&right).1, "rk4 4.02 / 3.97 / 3.60.");
         let (_, said) = global(&of(right, "collocation-4", [4.0, -0.2, 4.0]));
         assert!(said.contains(" The errors of collocation-4 do not fall at their order"), "{said}");
+        let (_, said) = global(&of(Readings::default(), "rk4", [75.09, 98.79, 148.46]));
+        assert!(said.contains(" The errors of rk4 do not fall at their order"), "{said}");
     }
 }

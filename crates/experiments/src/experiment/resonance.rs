@@ -2,7 +2,7 @@
 
 use super::declared::{Boxed, section};
 use super::reference::{REFERENCE_LABEL, label, of_reference};
-use crate::chart::{self, Axis, LineChart};
+use crate::chart::{self, Axis, LineChart, Style};
 use crate::claim::{Found, Readings, Said, counted, fixed, in_full, note, sci, significant};
 use crate::findings::all_zero;
 use crate::record::RunOutcome;
@@ -11,7 +11,7 @@ use crate::sheet::{ReportError, Sheet, marked, spaced};
 use afterbay_analysis::study::bifurcation::Way;
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
-use afterbay_analysis::study::resonance::{self, Resonance, ResonanceRow, UNSTEADY};
+use afterbay_analysis::study::resonance::{self, AT_REST, Resonance, ResonanceRow, UNSTEADY};
 use afterbay_analysis::{Spacing, Variable};
 use afterbay_methods::registry::Row;
 
@@ -55,7 +55,7 @@ fn sheet(
 
 /// Whether the run of a row failed.
 fn is_failed(row: &ResonanceRow) -> bool {
-    ![COMPLETED, UNSTEADY].contains(&row.outcome)
+    ![COMPLETED, UNSTEADY, AT_REST].contains(&row.outcome)
 }
 
 fn is_steady(row: &ResonanceRow) -> bool {
@@ -84,13 +84,15 @@ fn readings(found: &[Curve]) -> Readings {
         let mut add = |what: &str, value: Found| readings.add(&curve.label, what, value);
         let (rows, failed) = (curve.rows.len(), curve.rows.iter().filter(|row| is_failed(row)));
         let (steady, failed) = (curve.steady().count(), failed.count());
+        let resting = curve.rows.iter().filter(|row| row.outcome == AT_REST).count();
         let amplitudes = curve.steady().filter_map(|row| Some((row.amplitude[0]?, row.frequency)));
         let peak = amplitudes.max_by(|a, b| a.0.total_cmp(&b.0));
         add("peak", peak.map(|peak| peak.0).into());
         add("at", peak.map(|peak| peak.1).into());
         add("balance", curve.imbalance().into());
         add("failed runs", failed.into());
-        add("unsteady", (rows - failed - steady).into());
+        add("unsteady", (rows - failed - steady - resting).into());
+        add("resting", resting.into());
         add("values", rows.into());
         if let Some(exact) = exact.filter(|_| curve.label != REFERENCE_LABEL) {
             add("off", curve.distance(exact).into());
@@ -136,15 +138,25 @@ fn share(difference: f64, of: f64) -> Option<f64> {
     (of != 0.0).then(|| difference / of.abs())
 }
 
+/// Rings round the motions that are not steady; none if all are.
+fn unsteady(found: &[Curve], value: fn(&ResonanceRow) -> Option<f64>) -> Option<chart::Curve> {
+    let rows = found.iter().flat_map(|curve| &curve.rows);
+    let rows = rows.filter(|row| row.outcome == UNSTEADY);
+    let points: Vec<_> = rows.filter_map(|row| Some((row.frequency, value(row)?))).collect();
+    let ring = |points| chart::Curve { style: Style::Ring, ..marked("not steady", points) };
+    (!points.is_empty()).then(|| ring(points))
+}
+
 fn charts(sheet: &mut Sheet, scene: &Scene, spacing: Spacing, found: &[Curve]) {
     let chart = |title: &str, y: String, value: fn(&ResonanceRow) -> Option<f64>| {
         let branches = |curve: &Curve| [Way::Up, Way::Down].map(|way| curve.branch(way, value));
         let x = spaced("angular frequency of the drive", spacing);
-        LineChart::new(title, x, Axis::linear(y), found.iter().flat_map(branches).collect())
+        let curves = found.iter().flat_map(branches).chain(unsteady(found, value)).collect();
+        LineChart::new(title, x, Axis::linear(y), curves)
     };
     let amplitude = scene.units.variable(Variable::Q, "amplitude of q1");
     let amplitude = chart("Amplitude", amplitude, |row| row.amplitude[0]);
-    sheet.show("resonance-amplitude", &amplitude, "Largest |q1| of the steady motion.", DATA);
+    sheet.show("resonance-amplitude", &amplitude, "Largest |q1| of the motion.", DATA);
     let energy = scene.units.energy("energy supplied in a period");
     let energy = chart("Energy", energy, |row| row.supplied);
     sheet.show("resonance-energy", &energy, "Energy that the drive supplies in a period.", DATA);
@@ -164,9 +176,13 @@ fn what_is_seen(r: &Readings) -> Said {
         if number("values") == 0.0 {
             return format!("{label}: nothing computed");
         }
+        let resting = match number("resting") {
+            0.0 => String::new(),
+            count => format!("; {count} of {} come to rest", counted(number("values"), "motion")),
+        };
         if number("peak").is_nan() {
             let motions = counted(number("values"), "motion");
-            return format!("{label}: none of {motions} is steady{fails}");
+            return format!("{label}: none of {motions} is steady{resting}{fails}");
         }
         let balance = match number("balance") {
             balance if balance.is_nan() => String::new(),
@@ -179,7 +195,7 @@ fn what_is_seen(r: &Readings) -> Said {
             count => format!("; {count} of {} not steady", counted(number("values"), "motion")),
         };
         format!(
-            "{label}: largest steady amplitude of q1 {} at {}{off}{balance}{unsteady}{fails}",
+            "{label}: largest steady amplitude of q1 {} at {}{off}{balance}{unsteady}{resting}{fails}",
             significant(number("peak"), 5),
             significant(number("at"), 5),
         )
@@ -189,7 +205,29 @@ fn what_is_seen(r: &Readings) -> Said {
 
 #[cfg(test)]
 mod tests {
-    use super::share;
+    use super::*;
+    use afterbay_methods::registry::REFERENCE;
+
+    #[test]
+    fn motions_that_are_not_steady_are_ringed() {
+        let row = |outcome| ResonanceRow {
+            method: REFERENCE.name,
+            h: 0.1,
+            value: 1.0,
+            branch: Way::Up,
+            frequency: 1.0,
+            amplitude: vec![Some(2.0)],
+            supplied: None,
+            dissipated: None,
+            outcome,
+            failure: None,
+        };
+        let found = |outcome| [Curve { label: "rk4".into(), rows: vec![row(outcome)] }];
+        let ringed = |outcome| unsteady(&found(outcome), |row| row.amplitude[0]);
+        let ring = ringed(UNSTEADY).expect("a ring");
+        assert_eq!((ring.points, ring.style), (vec![(1.0, 2.0)], Style::Ring));
+        assert!(ringed(COMPLETED).is_none());
+    }
 
     #[test]
     fn there_is_no_share_of_nothing() {

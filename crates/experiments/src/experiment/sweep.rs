@@ -6,6 +6,7 @@ mod unfinished;
 mod warnings;
 
 use super::declared::{Boxed, section};
+use crate::UnitsTable;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Found, Readings, Said, in_short, note};
 use crate::journal::Afresh;
@@ -87,7 +88,7 @@ pub(super) fn declared<'a>(
         }
     }
     let points = Points { task, scene, sweep, cost, timed };
-    let made = move |_: &Points<'_>, visits| sheet((task, sweep), visits);
+    let made = move |_: &Points<'_>, visits| sheet((task, sweep, &scene.units), visits);
     Ok(section(["sweep", "points of the sweep"], points, made))
 }
 
@@ -128,7 +129,10 @@ impl Study for Points<'_> {
 }
 
 /// Joins the results of all points.
-fn sheet((task, sweep): (Task, &Sweep), visits: Vec<Option<Visit>>) -> Result<Sheet, ReportError> {
+fn sheet(
+    (task, sweep, units): (Task, &Sweep, &UnitsTable),
+    visits: Vec<Option<Visit>>,
+) -> Result<Sheet, ReportError> {
     let mut sheet = Sheet::new("Sweep");
     let (mut tables, mut lines) = (BTreeMap::<String, Joined>::new(), Vec::new());
     let mut warnings = Warnings::default();
@@ -149,7 +153,7 @@ fn sheet((task, sweep): (Task, &Sweep), visits: Vec<Option<Visit>>) -> Result<Sh
     }
     say(&mut sheet, [sweep.count(), lines.len()], &warnings);
     unfinished::list(&mut sheet);
-    charts(&mut sheet, (task, sweep), &lines);
+    charts(&mut sheet, (task, sweep, units), &lines);
     let mut header = vec!["point".to_owned()];
     header.extend(sweep.names.iter().map(|name| format!("sweep_{name}")));
     header.extend(["topic", "of", "what", "value"].map(str::to_owned));
@@ -277,7 +281,11 @@ impl Joined {
 type Curves<'a> = BTreeMap<&'a str, Vec<(f64, f64)>>;
 
 /// Charts of each number over the points, one curve for each subject, and the range of each.
-fn charts(sheet: &mut Sheet, (task, sweep): (Task, &Sweep), lines: &[(usize, Vec<f64>, Vec<Row>)]) {
+fn charts(
+    sheet: &mut Sheet,
+    (task, sweep, units): (Task, &Sweep, &UnitsTable),
+    lines: &[(usize, Vec<f64>, Vec<Row>)],
+) {
     // Over the value if one thing alone takes several, else over the number of the point.
     let differ = |k: usize| {
         let mut values = lines.iter().map(|(_, values, _)| values[k].to_bits());
@@ -316,7 +324,7 @@ fn charts(sheet: &mut Sheet, (task, sweep): (Task, &Sweep), lines: &[(usize, Vec
             continue;
         }
         let is_order = topic.contains(" orders of ");
-        let label = if is_order { format!("order of {what}") } else { what.to_owned() };
+        let label = if is_order { format!("order of {what}") } else { units.result(what) };
         let y = scale::of_results(&label, curves.values().flatten().map(|x| x.1));
         let curves = curves
             .iter()

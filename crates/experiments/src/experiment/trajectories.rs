@@ -5,7 +5,7 @@ mod kept;
 use super::coarse;
 use super::declared::{Boxed, section_of_rows};
 use super::figures::{self, Drawn};
-use crate::claim::{Readings, Said, in_full, note, significant};
+use crate::claim::{Readings, Said, deviation, in_full, note, significant};
 use crate::journal::JournalError;
 use crate::record::{Artifact, RunOutcome};
 use crate::scene::{FigurePlan, RunPlan, Scene};
@@ -244,9 +244,11 @@ fn numbers(Run { shown, last }: &Run, (scene, plan): (&Scene, &RunPlan)) -> Vec<
     numbers
 }
 
-/// An energy with six decimals, or with seven digits and an exponent if it is small or large.
+/// An energy with six decimals, or with seven digits and an exponent if it is small or large; empty
+/// if it overflows.
 fn energy(x: f64) -> String {
     match x.abs() {
+        size if !size.is_finite() => String::new(),
         size if size == 0.0 || (1e-3..1e9).contains(&size) => format!("{x:.6}"),
         _ => format!("{x:.6e}"),
     }
@@ -316,7 +318,8 @@ fn sizes(rows: &[TrajectoryRow]) -> [f64; 2] {
 fn where_they_went(r: &Readings) -> Said {
     let all = r.of_all("run");
     let done = all.iter().filter(|name| r.word(name, "run") == COMPLETED).count();
-    let off = r.numbers("drift").into_iter().map(|(name, drift)| format!("{name} {drift:.0e}"));
+    let off =
+        r.numbers("drift").into_iter().map(|(name, drift)| format!("{name} {}", deviation(drift)));
     let off: Vec<String> = off.collect();
     let mut statement = format!("{done} of {} runs reached the end.", all.len());
     if !off.is_empty() {

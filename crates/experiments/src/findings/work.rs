@@ -33,11 +33,7 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
     let (mut cheapest, mut worst) =
         (Readings::default().and("q, p and w", "wanted", WANTED), Readings::default());
     for of in rows.chunk_by(|a, b| a.method == b.method) {
-        let good = of.iter().filter(|row| {
-            let bounds = row.qp().zip(row.w()).map(|(qp, w)| [qp.bound(), w.bound()]);
-            bounds.is_some_and(|[qp, w]| larger_or_nan(qp, w) <= WANTED)
-        });
-        let timed = good.filter(|row| row.seconds.is_some());
+        let timed = of.iter().filter(|row| is_good(row) && row.seconds.is_some());
         let best = timed
             .min_by(|a, b| a.seconds.unwrap_or(f64::MAX).total_cmp(&b.seconds.unwrap_or(f64::MAX)));
         if let Some(row) = best {
@@ -55,14 +51,23 @@ pub(crate) fn cheapest(sheet: &mut Sheet, name: &str, rows: &[WorkRow]) {
             worst.add(row.method, &format!("{ENDED}{}", row.setting()), row.outcome);
         }
     }
-    // It matters only where no run is known to be within the error.
-    if cheapest.of_all("seconds").is_empty()
-        && let Some(doubt) = undecided(rows)
-    {
-        cheapest.add("q, p and w", "doubt", doubt);
+    // They matter only where no run is known to be within the error.
+    if cheapest.of_all("seconds").is_empty() {
+        if let Some(doubt) = undecided(rows) {
+            cheapest.add("q, p and w", "doubt", doubt);
+        }
+        if rows.iter().any(is_good) {
+            cheapest.add("q, p and w", "times", "missing");
+        }
     }
     sheet.find(&format!("{name}, cost of an error of {WANTED:e}"), cheapest, the_cheapest);
     sheet.find(&format!("{name}, K in these runs"), worst, who_keeps_k);
+}
+
+/// Whether a run is known to be within [`WANTED`].
+fn is_good(row: &WorkRow) -> bool {
+    let bounds = row.qp().zip(row.w()).map(|(qp, w)| [qp.bound(), w.bound()]);
+    bounds.is_some_and(|[qp, w]| larger_or_nan(qp, w) <= WANTED)
 }
 
 /// The largest doubt of the reference for a run that may be within [`WANTED`], and is not known to
@@ -96,6 +101,9 @@ fn the_cheapest(r: &Readings) -> Said {
     };
     let wanted = format!("with errors of at most {:e}", r.number("q, p and w", "wanted"));
     let statement = match (best(false), best(true)) {
+        (None, _) if r.word("q, p and w", "times") == "missing" => {
+            format!("no run that ends {wanted} has been timed.")
+        }
         (None, _) if r.number("q, p and w", "doubt").is_nan() => {
             format!("no run ends {wanted}.")
         }
@@ -241,6 +249,16 @@ mod tests {
             said.ends_with(" Did not reach the end: rk4 at step = 0.2, newton-stalled."),
             "{said}"
         );
+    }
+
+    /// A study that was stopped has runs without times.
+    #[test]
+    fn a_run_within_the_error_that_was_not_timed_is_not_left_out() {
+        let mut sheet = Sheet::new("Work");
+        let untimed = WorkRow { seconds: None, ..row(0, [1e-5; 2], 0.0, [0.0; 2]) };
+        cheapest(&mut sheet, "A scene", &[untimed]);
+        let said = &sheet.findings[0].statement;
+        assert_eq!(said, "no run that ends with errors of at most 1e-4 has been timed.");
     }
 
     /// A run may be within the wanted error although its reference cannot tell.

@@ -110,6 +110,12 @@ pub enum SceneProblem {
         /// The method.
         name: &'static str,
     },
+    /// A method that chooses its steps, in a study of methods at given steps.
+    #[error("{name} chooses its steps, and this study needs methods that take one")]
+    ChoosesSteps {
+        /// The method.
+        name: &'static str,
+    },
     /// A figure whose name is none of a file.
     #[error("{name:?} cannot be the name of a figure, which is that of its files")]
     FileName {

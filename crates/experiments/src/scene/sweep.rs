@@ -106,7 +106,7 @@ impl Planner<'_> {
         )?;
         let names = axes.iter().map(|axis| axis.name.clone()).collect();
         let count = listed as u64 * samples;
-        Ok(Some(Sweep { names, axes, samples, seed: table.seed, count }))
+        Ok(Some(Sweep { names, axes, samples, seed: table.seed.unwrap_or(0), count }))
     }
 
     /// Checks the scene at every point.

@@ -2,7 +2,7 @@
 
 use crate::sections::problem;
 use afterbay_analysis::Spacing;
-use afterbay_analysis::progress::Silent;
+use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::resonance::{Resonance, ResonanceRow};
 use afterbay_methods::registry::{REFERENCE, find};
@@ -141,4 +141,71 @@ fn motion_that_does_not_repeat_is_not_steady() {
     };
     let found = study.run(find("increment-4").unwrap(), 0.05, &Silent).unwrap();
     assert!(found.iter().all(|row| row.outcome == "unsteady"), "{found:?}");
+}
+
+/// Steps as long as the period, in which a coordinate turns twice.
+#[test]
+fn amplitudes_between_long_steps_are_seen() {
+    let system = "name = \"damped-oscillator\"\nparameters = { k = 400.0, b = 5.0 }";
+    let drive = "[drive]\nforce = [\"f*sin(omega*t)\"]\nparameters = { f = 400.0, omega = 1.0 }";
+    let study = Resonance {
+        problem: problem(system, drive, [0.0, 0.0]),
+        parameter: "omega".into(),
+        values: vec![7.0, 15.0, 40.0],
+        spacing: Spacing::Linear,
+        transient: 200,
+        periods: 2,
+    };
+    for row in [&REFERENCE, find("linear-exact").unwrap()] {
+        for found in study.run(row, 0.5, &Silent).unwrap() {
+            let omega = found.frequency;
+            let exact = 400.0 / f64::hypot(400.0 - omega * omega, 5.0 * omega);
+            let off = found.amplitude[0].unwrap() / exact - 1.0;
+            assert!(off.abs() < 1e-9, "{} at {omega}: {off:e}", row.name);
+        }
+    }
+}
+
+/// A pendulum whose support moves up and down, below and above its threshold. A value after one at
+/// which it comes to rest begins at the initial state.
+#[test]
+fn a_motion_that_comes_to_rest_is_not_measured() {
+    let system = "name = \"custom\"\npotential = \"1 - cos(q1)\"\ndissipation = [\"0.1*v1\"]";
+    let drive = "[drive]\nforce = [\"0.5*cos(omega*t)*sin(q1)\"]\nparameters = { omega = 2.0 }";
+    let study = Resonance {
+        problem: problem(system, drive, [0.3, 0.0]),
+        parameter: "omega".into(),
+        values: vec![1.8, 2.6, 3.5, 1.85],
+        spacing: Spacing::Linear,
+        transient: 400,
+        periods: 4,
+    };
+    let found = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
+    let outcomes: Vec<_> = found[..4].iter().map(|row| row.outcome).collect();
+    assert_eq!(outcomes, ["completed", "at-rest", "at-rest", "completed"], "{found:?}");
+}
+
+/// A run that the user stops ends within a value.
+#[test]
+fn a_curve_that_is_stopped_ends_at_once() {
+    struct Stop(std::sync::atomic::AtomicU64);
+    impl Progress for Stop {
+        fn begin(&self, _: &str, _: usize) {}
+        fn advance(&self) {}
+        fn stopped(&self) -> bool {
+            self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) > 1000
+        }
+    }
+    let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.3 }";
+    let drive = "[drive]\nforce = [\"cos(omega*t)\"]\nparameters = { omega = 1e-7 }";
+    let study = Resonance {
+        problem: problem(system, drive, [0.0, 0.0]),
+        parameter: "omega".into(),
+        values: vec![1e-7],
+        spacing: Spacing::Linear,
+        transient: 200,
+        periods: 2,
+    };
+    let (row, stop) = (find("rk4").unwrap(), Stop(0.into()));
+    assert_eq!(study.run(row, 0.1, &stop).unwrap(), []);
 }

@@ -222,7 +222,7 @@ impl Reader<'_, '_> {
 
     /// The names that may stand here, without functions.
     fn known(&self) -> String {
-        let Names { parameters, definitions, dof, coordinates, momenta, velocities, .. } =
+        let Names { parameters, definitions, dof, coordinates, momenta, velocities, time, .. } =
             *self.names;
         let mut all = Vec::new();
         for (letter, allowed) in [('q', coordinates), ('p', momenta), ('v', velocities)] {
@@ -234,6 +234,9 @@ impl Reader<'_, '_> {
                     None => format!("{letter}1, {letter}2, .."),
                 });
             }
+        }
+        if time.is_ok() {
+            all.push("t".to_owned());
         }
         let defined = definitions.iter().map(|x| x.name.as_str());
         let variables = self.variables.iter().map(|x| x.0.as_str());

@@ -10,18 +10,18 @@
 //! 359-384.
 //!
 //! Where a test function changes its sign ([`Event`]), the bifurcation is located in s
-//! ([`zero_within`]). At a period doubling the branch of cycles of twice the period begins along
+//! (`locate.rs`). At a period doubling the branch of cycles of twice the period begins along
 //! the eigenvector of the multiplier -1, and may be followed instead.
 
+mod locate;
 mod place;
 
-use super::event::{self, is_real};
+use super::event;
 use super::homoclinic::Approach;
 use super::scales::scales_of;
 use super::shooting::{Condition, Shooting, Solved, null_vector};
 use super::{CycleFailure, Event, Point, phase, steps};
 use afterbay_core::IntegrateError;
-use afterbay_core::solver::zero_within;
 use faer::Mat;
 use place::{Place, dot};
 
@@ -54,10 +54,6 @@ const UNCHANGED: f64 = 1e-6;
 /// The least size with which an entry of q and p is measured, as a share of its largest size on the
 /// branch, times the share that is left of the entry that has shrunk least. A choice.
 const LEAST_SIZE: f64 = 0.1;
-/// The value of a test function that counts as 0, as a share of the larger of its values at the
-/// ends of the step.
-const LOCATED: f64 = 1e-10;
-
 /// A branch of cycles in a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch {
@@ -175,13 +171,7 @@ impl Walk<'_> {
                 Some(limit) => self.at_value(&next, limit)?,
                 None => next,
             };
-            let events =
-                if self.fresh { Vec::new() } else { event::between(&self.at.tests, &next.tests) };
-            for (index, event) in events {
-                let found = self.locate(next.clone(), index);
-                if !is_real(event, &found.cycle) {
-                    continue;
-                }
+            for (event, found) in self.located(&next) {
                 points.push(Point { cycle: found.cycle.clone(), event: Some(event) });
                 if event == Event::PeriodDoubling && doubles {
                     self.at = found;
@@ -330,30 +320,6 @@ impl Walk<'_> {
         let mut there = Condition { normal: vec![0.0; last + 1], at: guess().collect() };
         (there.normal[last], there.at[last]) = (1.0, value);
         Ok(self.solve(guess().collect(), there)?.0)
-    }
-
-    /// The cycle between the present place and the next at which a test function is 0.
-    ///
-    /// Guesses lie between the nearest known cycles. From a guess that is further off, Newton's
-    /// method may find a cycle of the branch that crosses at the zero.
-    fn locate(&self, next: Place, index: usize) -> Place {
-        let scales = &self.shooting.scales;
-        let off = next.x.iter().zip(&self.at.x).zip(scales).map(|((b, a), scale)| (b - a) / scale);
-        let far = dot(&off.collect::<Vec<_>>(), &self.at.along);
-        let ends = (self.at.tests[index], next.tests[index]);
-        let rounding = LOCATED * ends.0.abs().max(ends.1.abs());
-        let mut known = vec![(0.0, self.at.x.clone()), (1.0, next.x.clone())];
-        let within = |share: f64| {
-            let above = known.partition_point(|(at, _)| *at < share);
-            let [(low, a), (high, b)] = [&known[above - 1], &known[above]];
-            let part = (share - low) / (high - low);
-            let guess = a.iter().zip(b).map(|(a, b)| a + part * (b - a)).collect();
-            let (place, _) = self.solve(guess, self.at_distance(share * far)).ok()?;
-            known.insert(above, (share, place.x.clone()));
-            let value = place.tests[index];
-            Some((if value.abs() <= rounding { 0.0 } else { value }, place))
-        };
-        zero_within(ends, next, within).1
     }
 
     /// Goes over to the cycles of twice the period at a period doubling.

@@ -7,7 +7,9 @@
 //! Neimark-Sacker      Π_{i<j} (μ_i μ_j - 1) changes its sign, by a complex pair
 //! ```
 //!
-//! The products are over the nontrivial multipliers μ_i. At a branching the continuation may go on
+//! The products are over the nontrivial multipliers μ_i. They keep their signs where two multipliers
+//! pass at once, as those of equal parts do: the number outside the unit circle then changes by
+//! more than these events explain, and |μ| - 1 of the multipliers that pass changes its sign. At a branching the continuation may go on
 //! along the branch that crosses: where a symmetry is lost, dλ/ds changes its sign there, and the
 //! mirror image of the cycles before follows. Source: Yu. A. Kuznetsov, Elements of
 //! Applied Bifurcation Theory (2004), section 10.3.
@@ -20,6 +22,13 @@ use serde::{Deserialize, Serialize};
 const COMPLEX: f64 = 1e-6;
 /// The distance from the unit circle of a pair that a Neimark-Sacker bifurcation has.
 const ON_CIRCLE: f64 = 1e-3;
+
+/// The distance from the unit circle from which a multiplier is inside or outside of it. A choice:
+/// the multipliers of parts without friction stay on the circle to their roundings.
+const OFF_CIRCLE: f64 = 1e-6;
+/// The imaginary part up to which a multiplier on the circle is 1 or -1. A choice: roundings part
+/// two equal multipliers by their square root.
+const REAL: f64 = 1e-3;
 
 /// A bifurcation of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -70,6 +79,49 @@ pub(super) fn between(before: &Tests, after: &Tests) -> Vec<(usize, Event)> {
     found.map(named).collect()
 }
 
+/// The number of multipliers that pass the unit circle at the bifurcation that a test function
+/// finds.
+pub(super) fn multipliers((index, event): (usize, Event)) -> usize {
+    match event {
+        // The branch turns, and no multiplier passes.
+        Event::Branching if index == 0 => 0,
+        Event::Fold | Event::Branching | Event::PeriodDoubling => 1,
+        Event::NeimarkSacker => 2,
+    }
+}
+
+/// |μ| - 1 of the nontrivial multipliers, the largest first.
+pub(super) fn beyond_circle(cycle: &Cycle) -> Vec<f64> {
+    let mut sizes: Vec<f64> =
+        cycle.nontrivial().iter().map(|[re, im]| re.hypot(*im) - 1.0).collect();
+    sizes.sort_by(|a, b| b.total_cmp(a));
+    sizes
+}
+
+/// The places, in the order of size, of the multipliers that pass the unit circle between two
+/// cycles.
+pub(super) fn passing(before: &Cycle, after: &Cycle) -> Vec<usize> {
+    // Multipliers below the roundings of the largest are not known.
+    if [before, after].iter().any(|of| of.lost_below.is_some_and(|bound| bound >= 1.0)) {
+        return Vec::new();
+    }
+    let [before, after] = [before, after].map(beyond_circle);
+    let passes = |(a, b): (&f64, &f64)| a.abs().min(b.abs()) > OFF_CIRCLE && a * b < 0.0;
+    let pairs = before.iter().zip(&after).enumerate();
+    pairs.filter(|(_, pair)| passes(*pair)).map(|(place, _)| place).collect()
+}
+
+/// The bifurcation at which the multiplier of a place in the order of size is on the unit circle.
+pub(super) fn of_place(cycle: &Cycle, place: usize) -> Event {
+    let mut all = cycle.nontrivial();
+    all.sort_by(|a, b| b[0].hypot(b[1]).total_cmp(&a[0].hypot(a[1])));
+    match all[place] {
+        [_, im] if im.abs() > REAL => Event::NeimarkSacker,
+        [re, _] if re < 0.0 => Event::PeriodDoubling,
+        _ => Event::Branching,
+    }
+}
+
 /// Whether a cycle at which a test function is 0 has that bifurcation. The product of two real
 /// multipliers may be 1 without one.
 pub(super) fn is_real(event: Event, cycle: &Cycle) -> bool {
@@ -113,6 +165,19 @@ mod tests_of_events {
         assert_eq!(found((&still, 1.0), (&real(-1.1, 0.1), 1.0)), [Event::PeriodDoubling]);
         assert_eq!(found((&pair(0.9), 1.0), (&pair(1.1), 1.0)), [Event::NeimarkSacker]);
         assert!(is_real(Event::NeimarkSacker, &cycle(&pair(1.0))));
+        let twice = [real(0.9, 0.9), real(1.1, 1.1)];
+        // Their product passes 1, which is no bifurcation of its own.
+        assert_eq!(found((&twice[0], 1.0), (&twice[1], 1.0)), [Event::NeimarkSacker]);
+        assert!(!is_real(Event::NeimarkSacker, &cycle(&real(1.0, 1.0))));
+        assert_eq!(passing(&cycle(&twice[0]), &cycle(&twice[1])), [0, 1]);
+        assert!(passing(&cycle(&pair(1.0 - 1e-9)), &cycle(&pair(1.0 + 1e-9))).is_empty());
+        for (at, event) in [
+            (real(1.0, 1.0), Event::Branching),
+            (real(-1.0, -1.0), Event::PeriodDoubling),
+            (pair(1.0), Event::NeimarkSacker),
+        ] {
+            assert_eq!(of_place(&cycle(&at), 1), event);
+        }
         assert!(!is_real(Event::NeimarkSacker, &cycle(&real(2.0, 0.5))));
     }
 }

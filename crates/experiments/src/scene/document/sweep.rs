@@ -16,8 +16,8 @@ pub struct SweepTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<u64>,
     /// The seed of the random values [default: 0].
-    #[serde(default)]
-    pub seed: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
 }
 
 /// The values of one thing that is varied.

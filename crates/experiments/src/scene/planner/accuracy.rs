@@ -1,12 +1,14 @@
 //! Plans of the studies of errors, of energies and of cost.
 
-use super::budget::MOST_TOLERANCES;
+use super::budget::{MOST_OUTPUT, MOST_TOLERANCES};
 use super::methods::Methods;
 use super::values::entry;
 use super::{Planned, Planner};
 use crate::scene::document::Spread;
 use crate::scene::plan::{EnergyPlan, LocalOrderPlan, LongRunPlan, StepsPlan, WorkPrecisionPlan};
 use crate::scene::problem::SceneProblem;
+use afterbay_analysis::study::cell::Study;
+use afterbay_analysis::study::global_order::GlobalOrder;
 use afterbay_analysis::study::local_order::LocalOrder;
 use afterbay_core::{Grid, InputError};
 use afterbay_methods::registry::{ADAPTIVE, Row};
@@ -45,6 +47,14 @@ impl Planner<'_> {
         if plan.steps.len() == 1 {
             return self.refuse(&format!("{path}.steps"), SceneProblem::OneStep);
         }
+        let (problem, StepsPlan { methods, steps }) = (self.problem, &plan);
+        let reference = GlobalOrder { problem, methods, steps: steps.clone() }.shared_bytes();
+        self.budget(
+            &format!("{path}.steps"),
+            "the reference in bytes",
+            (reference, MOST_OUTPUT),
+            "take larger steps, or steps that are doubled",
+        )?;
         Ok(Some(plan))
     }
 
@@ -67,14 +77,19 @@ impl Planner<'_> {
     pub(super) fn work_precision(&self) -> Planned<Option<WorkPrecisionPlan>> {
         let Some(table) = &self.document.study.work_precision else { return Ok(None) };
         let path = "study.work-precision";
-        let (at, names) = self.names(path, table.methods.as_ref())?;
-        let Methods { fixed, mut adaptive } = self.methods(&at, names)?;
+        // With tolerances, methods need not be named.
+        let named = match &self.document.run {
+            None if table.tolerances.is_some() && table.methods.is_none() => None,
+            _ => Some(self.names(path, table.methods.as_ref())?),
+        };
+        let found = named.as_ref().map(|(at, names)| self.methods(at, names)).transpose()?;
+        let Methods { fixed, mut adaptive } = found.unwrap_or_default();
         if table.tolerances.as_ref().is_some_and(Vec::is_empty) {
             let path = format!("{path}.tolerances");
             return self.refuse(&path, SceneProblem::Empty { what: "tolerance" });
         }
         if table.tolerances.is_none() {
-            if table.methods.is_some() {
+            if let Some((at, names)) = named.filter(|_| table.methods.is_some()) {
                 self.none_adaptive(&at, names, &adaptive)?;
             }
             adaptive.clear();
@@ -84,6 +99,11 @@ impl Planner<'_> {
         let StepsPlan { methods, steps } = match &table.steps {
             _ if fixed.is_empty() && adaptive.is_empty() => {
                 return self.refuse(path, SceneProblem::NoMethods);
+            }
+            Some(_) if fixed.is_empty() => {
+                let (key, why) = ("steps", "the methods choose their steps");
+                let problem = SceneProblem::Misplaced { key, why };
+                return self.refuse(&format!("{path}.steps"), problem);
             }
             Some(steps) => self.at_steps(path, fixed, steps)?,
             None if fixed.is_empty() => StepsPlan { methods: fixed, steps: Vec::new() },
@@ -109,6 +129,12 @@ impl Planner<'_> {
         let at = format!("{path}.count");
         self.at_least_one(path, "count", count)?;
         self.steps_fit(&at, count as f64 * methods.len() as f64)?;
+        let compensates = |row: &&Row| self.problem.model.bind_compensated::<f64>(row).is_ok();
+        if table.compensated && !methods.iter().any(compensates) {
+            let (key, why) = ("compensated", "none of the methods compensates roundings");
+            let problem = SceneProblem::Misplaced { key, why };
+            return self.refuse(&format!("{path}.compensated"), problem);
+        }
         Ok(Some(LongRunPlan { methods, step, count, compensated: table.compensated }))
     }
 

@@ -12,17 +12,14 @@ use afterbay_analysis::study::bifurcation::{self, Bifurcation};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::poincare::{self, Poincare};
 use afterbay_analysis::study::resonance::Resonance;
-use afterbay_analysis::study::section::{Crossing, Direction, Section, is_multiple};
+use afterbay_analysis::study::section::{Crossing, Direction, LEAST_STEPS, Section, is_multiple};
 use afterbay_analysis::{Spacing, Variable};
 use afterbay_methods::registry::Row;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-/// The ratio of the shortest step of the methods to the step of the reference, and the least number
-/// of steps of the reference in an interval. With them the error of DOP853 is some 1e-10 of a
-/// smooth motion.
+/// The ratio of the shortest step of the methods to the step of the reference. A choice.
 const FINER: f64 = 2.0;
-const LEAST_STEPS: f64 = 32.0;
 /// The steps between two crossings of a section, for the budget. Their number is not known.
 const STEPS_BETWEEN: f64 = 100.0;
 /// Default numbers of states.

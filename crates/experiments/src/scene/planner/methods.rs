@@ -29,8 +29,10 @@ impl Planner<'_> {
     ) -> Planned<Vec<&'static Row>> {
         let (at, names) = self.names(path, own)?;
         let Methods { fixed, adaptive } = self.methods(&at, names)?;
-        if own.is_some() {
-            self.none_adaptive(&at, names, &adaptive)?;
+        let unfit = adaptive.first().filter(|_| own.is_some() || fixed.is_empty());
+        if let Some(row) = unfit {
+            let problem = SceneProblem::ChoosesSteps { name: row.name };
+            return self.refuse(&entry_of(&at, names, row), problem);
         }
         if fixed.is_empty() { self.refuse(path, SceneProblem::NoMethods) } else { Ok(fixed) }
     }
@@ -43,8 +45,7 @@ impl Planner<'_> {
         found: &[&'static Row],
     ) -> Planned<()> {
         let Some(row) = found.first() else { return Ok(()) };
-        let at = names.iter().position(|name| name == row.name).unwrap_or(0);
-        self.refuse(&format!("{path}.{at}"), SceneProblem::Adaptive { name: row.name })
+        self.refuse(&entry_of(path, names, row), SceneProblem::Adaptive { name: row.name })
     }
 
     /// Refuses names of no method, all at once.
@@ -77,7 +78,7 @@ impl Planner<'_> {
     /// The rows of the named methods, if all apply.
     pub(super) fn methods(&self, path: &str, names: &[String]) -> Planned<Methods> {
         self.known(path, names)?;
-        let mut found = Methods { fixed: Vec::new(), adaptive: Vec::new() };
+        let mut found = Methods::default();
         for (i, name) in names.iter().enumerate() {
             let path = format!("{path}.{i}");
             let Some(row) = registry::find(name) else { continue };
@@ -97,9 +98,16 @@ impl Planner<'_> {
 }
 
 /// Methods of a scene.
+#[derive(Default)]
 pub(super) struct Methods {
     /// The methods with a fixed step.
     pub(super) fixed: Vec<&'static Row>,
     /// The methods that choose their steps.
     pub(super) adaptive: Vec<&'static Row>,
+}
+
+/// The path of the entry of a method in a list.
+fn entry_of(path: &str, names: &[String], row: &Row) -> String {
+    let at = names.iter().position(|name| name == row.name).unwrap_or(0);
+    format!("{path}.{at}")
 }

@@ -89,6 +89,9 @@ impl Planner<'_> {
         if scale == Spacing::Linear && !(to - from).is_finite() {
             return refuse("to", to, "at a finite distance from `from`");
         }
+        if scale == Spacing::Log && !(to / from).is_normal() {
+            return refuse("to", to, "at a finite ratio to `from`");
+        }
         let share = |i: u64| if count > 1 { i as f64 / (count - 1) as f64 } else { 0.0 };
         let at = |i: u64| match scale {
             // The ends are those of the scene to the bit.

@@ -63,6 +63,10 @@ impl SceneProblem {
             Self::Adaptive { .. } => {
                 "give `tolerance` in [run], or `tolerances` in [study.work-precision]"
             }
+            Self::ChoosesSteps { .. } => {
+                "name others as `methods` of the study; [study.work-precision] with `tolerances` \
+                 measures this one"
+            }
             Self::ControlCharacter => "leave out escapes such as \\u0000, \\n and \\t",
             Self::FileName { .. } => "a name has letters, digits, `-` and `_`, at most 100 of them",
             Self::Quoted { .. } => "write the number without quotation marks",
@@ -102,9 +106,9 @@ impl SceneProblem {
             }
             Self::NoMethods => "name `methods` here, or in [run] for all studies",
             Self::Custom(CustomError::NotFinite { value, .. }) if value.is_nan() => {
-                "start where H and all forces are finite. If this is a power with a parameter in \
-                 its exponent, such as q1^m, it has a value only for q1 > 0: write the exponent as \
-                 a number, as in q1^4"
+                "start where H and all forces are finite. Roots and logarithms have values for \
+                 positive numbers only, and so has a power with a parameter in its exponent, such \
+                 as q1^m: write it as a number, as in q1^4"
             }
             Self::Input(InputError::NotFinite { value, .. }) if value.is_nan() => {
                 "start where H and all forces are finite. The derivative of a root, or of a power \

@@ -148,11 +148,14 @@ impl Planner<'_> {
         if let Some(count) = table.samples {
             self.at_least_one("sweep", "samples", count)?;
         }
-        match table.samples {
-            Some(_) if !random => {
-                let (key, why) = ("samples", "nothing is random");
-                self.refuse("sweep.samples", SceneProblem::Misplaced { key, why })
+        for (key, given) in [("samples", table.samples), ("seed", table.seed)] {
+            if given.is_some() && !random {
+                let why = "nothing is random";
+                let misplaced = SceneProblem::Misplaced { key, why };
+                return self.refuse(&format!("sweep.{key}"), misplaced);
             }
+        }
+        match table.samples {
             None if random => self.refuse("sweep", SceneProblem::Missing { key: "samples".into() }),
             samples => Ok(samples.unwrap_or(1)),
         }

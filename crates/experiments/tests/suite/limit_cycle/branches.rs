@@ -186,3 +186,54 @@ fn a_branch_meets_a_pitchfork_once() {
     assert_eq!(events[0].0, Event::Branching);
     assert!(events[0].1.amplitude[1] < 1e-4 * events[0].1.amplitude[0], "{events:?}");
 }
+
+/// Two equal parts lose their stability at once: the test functions, which are products over all
+/// multipliers, keep their signs.
+#[test]
+fn bifurcations_of_equal_parts_are_not_lost() {
+    let duffing = |n: usize| {
+        let system = format!(
+            "name = \"custom\"\npotential = \"sum(j, 1, n, q[j]^4/4 - q[j]^2/2)\"\n\
+             dissipation = {:?}",
+            (1..=n).map(|j| format!("0.3*v{j}")).collect::<Vec<_>>()
+        );
+        let drive =
+            format!("[drive]\nforce = {:?}\nparameters = {{ f = 0.2 }}", vec!["f*cos(1.2*t)"; n]);
+        let text = format!(
+            "[system]\n{system}\n{drive}\n[initial]\nq = {:?}\np = {:?}\n[time]\nend = 1.0\n\
+             step = 0.1\n",
+            vec![1.0; n],
+            vec![0.0; n]
+        );
+        let problem = Scene::read(&text).unwrap_or_else(|error| panic!("{error}")).problem;
+        let study = branch(study(problem, 300.0), "f", [0.2, 0.28], 0);
+        let found = study.run(row("rk4"), 0.1, &Silent).unwrap();
+        assert!(found.ending.is_completed(), "{:?}", found.ending);
+        let events =
+            found.points.iter().filter_map(|point| Some((point.event?, point.cycle.value?)));
+        events.collect::<Vec<_>>()
+    };
+    let (one, two) = (duffing(1), duffing(2));
+    assert_eq!(one.len(), 1, "{one:?}");
+    assert_eq!(two.len(), 1, "{two:?}");
+    assert_eq!([one[0].0, two[0].0], [Event::PeriodDoubling; 2]);
+    close("f", two[0].1, one[0].1, 1e-7);
+}
+
+/// As printed by `data/ring.py`.
+const RING: f64 = 0.130_273_177_892_5;
+
+/// Van der Pol's oscillators in a ring leave their common motion at once, in the two modes of each
+/// wave number.
+#[test]
+fn a_ring_leaves_its_common_motion_in_two_modes_at_once() {
+    let text = "[system]\nname = \"van-der-pol-ring\"\nparameters = { n = 3, mu = 1.0, coupling = \
+                0.3 }\n[initial]\nq = [1.0, 1.0, 1.0]\np = [0.0, 0.0, 0.0]\n[time]\nend = 1.0\n\
+                step = 0.1\n";
+    let problem = Scene::read(text).unwrap_or_else(|error| panic!("{error}")).problem;
+    let study = branch(study(problem, 100.0), "coupling", [0.3, 0.05], 0);
+    let found = study.run(&REFERENCE, 0.1, &Silent).unwrap();
+    let events = found.points.iter().filter_map(|point| Some((point.event?, point.cycle.value?)));
+    let [(Event::Branching, value)] = events.collect::<Vec<_>>()[..] else { panic!("{found:?}") };
+    close("coupling", value, RING, 1e-7);
+}

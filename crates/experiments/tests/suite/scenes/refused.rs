@@ -210,3 +210,43 @@ fn the_cost_of_accuracy_has_steps_and_tolerances_for_the_methods_that_take_them(
         assert_eq!(with(keys).unwrap_err(), "the key steps is missing", "{keys}");
     }
 }
+
+/// A scene with these tables behind its system.
+fn oscillator(tables: &str) -> Result<Scene, String> {
+    let text = format!(
+        "[system]\nname = \"damped-oscillator\"\nparameters = {{ k = 1.0, b = 0.1 }}\n[initial]\n\
+         q = [1.0]\np = [0.0]\n[time]\nend = 4.0\nstep = 0.1\n{tables}\n"
+    );
+    Scene::read(&text).map_err(|error| error.problem.to_string())
+}
+
+#[test]
+fn a_study_refuses_what_it_cannot_use() {
+    let adaptive = "[run]\nmethods = [\"adaptive-dop853\"]\ntolerance = 1e-6\n";
+    let chooses = "adaptive-dop853 chooses its steps, and this study needs methods that take one";
+    for (tables, says) in [
+        (format!("{adaptive}[study.energy]"), chooses),
+        (format!("{adaptive}[study.global-order]\nsteps = [0.1, 0.2]"), chooses),
+        ("[study.energy]\nmethods = [\"rk4\", \"adaptive-dop853\"]".into(), chooses),
+        (
+            "[study.work-precision]\nmethods = [\"adaptive-dop853\"]\ntolerances = [1e-6]\n\
+             steps = [0.1]"
+                .into(),
+            "steps does not belong here: the methods choose their steps",
+        ),
+        (
+            "[study.long-run]\nmethods = [\"rk4\", \"gonzalez\"]\ncount = 100\n\
+             compensated = true"
+                .into(),
+            "compensated does not belong here: none of the methods compensates roundings",
+        ),
+        (
+            "[study.global-order]\nmethods = [\"rk4\"]\nsteps = [1e-9, 2e-9]".into(),
+            "the reference in bytes would be 1.920e11, more than the budget of 1e9",
+        ),
+    ] {
+        assert_eq!(oscillator(&tables).map(drop), Err(says.to_owned()), "{tables}");
+    }
+    let of = oscillator("[study.work-precision]\ntolerances = [1e-6]").unwrap();
+    assert_eq!(of.studies.work_precision.unwrap().adaptive.len(), 5);
+}

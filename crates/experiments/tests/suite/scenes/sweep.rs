@@ -145,9 +145,14 @@ fn mistakes_are_refused() {
         ("vary.c = { uniform = [1, 0] }\nsamples = 3", "uniform = 1 must be below"),
         ("vary.c = { uniform = [-1e308, 1e308] }\nsamples = 3", "must be below the other bound"),
         ("vary.c = { from = -1e308, to = 1e308, count = 3 }", "at a finite distance from `from`"),
+        (
+            "vary.c = { from = 1e-300, to = 1e300, count = 3, scale = \"log\" }",
+            "at a finite ratio to `from`",
+        ),
         ("vary.c = { normal = [1, -1] }\nsamples = 3", "normal = -1 must be a mean"),
         ("vary.c = { uniform = [0, 1] }", "the key samples is missing"),
         ("vary.c = [1]\nsamples = 3", "samples does not belong here"),
+        ("vary.c = [1]\nseed = 3", "seed does not belong here"),
         ("vary.c = { uniform = [0, 1] }\nsamples = 0", "samples = 0 must be at least 1"),
         ("vary.c = { from = 0, to = 1, count = 200000 }", "must be from 1 to 100000"),
         (

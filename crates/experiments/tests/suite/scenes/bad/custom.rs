@@ -24,7 +24,7 @@ const D: &str = "[\"c*p1\", \"c*p2\"]";
 pub(super) const CHANGES: &[Change] = &[
     (V, "q1^2/2 + p1", "p1", "p1 has no place here: a potential is made of coordinates", ""),
     (V, "q1^2/2 + qq2", "qq2", "qq2 is not known", ""),
-    (V, "q1^2/2 + x", "x", "x is not known", "known here are q1, q2, c, pi"),
+    (V, "q1^2/2 + x", "x", "x is not known", "known here are q1, q2, t, c, pi"),
     (V, "q1^2/2 + theta", "theta", "theta is not known", "known here are q1, q2"),
     (V, "q1^2/2 + v1", "v1", "v1 has no place here: a potential is made of coordinates", ""),
     (V, "q1^2/2 + cos(time)", "time", "time is not known", "the time is called t"),
