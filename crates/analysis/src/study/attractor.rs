@@ -14,6 +14,8 @@ const REPEATS: usize = 2;
 const OF_CYCLE: f64 = 0.01;
 /// The word for a motion that has come to rest.
 pub const REST: &str = "rest";
+/// The words for a motion of which one point is kept, so that nothing is known of its period.
+pub const OF_ONE_POINT: &str = "within 1 point";
 /// The word for a motion that has no period because it still approaches a cycle.
 pub const SETTLING: &str = "still settling";
 /// The least number of points for each return of the cycle that a settling motion approaches.

@@ -4,6 +4,10 @@ use super::metric::{FADED, Metric, OF_MAGNITUDE};
 use super::ranges::Ranges;
 use afterbay_core::StateRef;
 
+/// The least unit of a motion's own, as a share of its unit beside the whole run. A choice: units
+/// are then at least some thousand roundings of the run.
+const LEAST_OWN: f64 = 1e-9;
+
 /// The ranges of a run, of all of it and since it has settled.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
@@ -52,6 +56,12 @@ impl Motion {
     /// Whether the motion that has settled is some thousand roundings of another.
     pub(super) fn is_rounding_beside(&self, whole: &Ranges) -> bool {
         (0..whole.len()).all(|j| self.settled.extent(j) <= OF_MAGNITUDE * whole.extent(j))
+    }
+
+    /// The distance of states in units of the motion that has settled, however small it is beside
+    /// the transient.
+    pub(super) fn own_metric(&self, periods: &[Option<f64>]) -> Metric {
+        self.metric(periods).of_motion(&self.settled, LEAST_OWN)
     }
 
     /// The distance of states of the motion that has settled. `periods` are those of the

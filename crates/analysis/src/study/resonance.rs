@@ -8,6 +8,7 @@
 use super::Problem;
 use super::bifurcation::Way;
 use super::dynamics::{Dynamics, PiecePlan};
+use super::metric::OF_MAGNITUDE;
 use super::motion::Motion;
 use super::numbered;
 use super::outcome::Ending;
@@ -122,7 +123,7 @@ impl Resonance {
                 since_start.join(steady.motion.run());
             }
             let ending = match &found {
-                Ok(steady) if steady.motion.is_rounding_beside(&since_start) => ended(AT_REST),
+                Ok(steady) if steady.rests(&since_start) => ended(AT_REST),
                 Ok(steady) if steady.returned > STEADY => ended(UNSTEADY),
                 _ => Ending::of(&found, 0, 0),
             };
@@ -211,8 +212,9 @@ impl Resonance {
         let end = point(&angles, dof, state.state_ref());
         let amplitude = range.iter().zip(&angles).map(|(range, period)| largest(*range, *period));
         let amplitude = amplitude.collect();
-        let returned = motion.metric(&angles).distance(&start.concat(), &end.concat());
-        Ok(Steady { amplitude, supplied: mean(&gained), dissipated: mean(&w), returned, motion })
+        let returned = motion.own_metric(&angles).distance(&start.concat(), &end.concat());
+        let (supplied, dissipated) = (mean(&gained), mean(&w));
+        Ok(Steady { amplitude, supplied, dissipated, returned, range, motion })
     }
 }
 
@@ -259,7 +261,19 @@ struct Steady {
     dissipated: f64,
     /// The distance from the first state of the measured periods to the last.
     returned: f64,
+    /// The ranges of the coordinates, between steps too.
+    range: Vec<[f64; 2]>,
     motion: Motion,
+}
+
+impl Steady {
+    /// Whether it is some thousand roundings of the motion from which it decays.
+    fn rests(&self, whole: &Ranges) -> bool {
+        let moves = |(j, [least, most]): (usize, &[f64; 2])| {
+            most - least > OF_MAGNITUDE * whole.extent(j).max(whole.magnitude(j))
+        };
+        self.motion.is_rounding_beside(whole) && !self.range.iter().enumerate().any(moves)
+    }
 }
 
 /// The least number of states in a period between which turns are looked for. A choice.

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, spaced};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, Kind, REST};
+use afterbay_analysis::study::attractor::{Attractor, Kind, OF_ONE_POINT, REST};
 use afterbay_analysis::study::bifurcation::{self, Bifurcation, Column, Diagram, Way};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::growing::GROWING;
@@ -174,6 +174,7 @@ fn changes(diagram: &Diagram, kinds: &[Option<Attractor>], parameter: &str) -> S
             },
         },
         None if diagram.columns[i].grows() => GROWING.into(),
+        None if diagram.columns[i].ending.is_completed() => format!("none {OF_ONE_POINT}"),
         None => FAILED.into(),
     };
     let way = |i: usize| diagram.columns[i].way;

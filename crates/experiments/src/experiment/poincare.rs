@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;
 use afterbay_analysis::Variable;
-use afterbay_analysis::study::attractor::{Attractor, POINTS_A_RETURN, SETTLING};
+use afterbay_analysis::study::attractor::{Attractor, OF_ONE_POINT, POINTS_A_RETURN, SETTLING};
 use afterbay_analysis::study::dynamics::DynamicsPlan;
 use afterbay_analysis::study::growing::GROWING;
 use afterbay_analysis::study::outcome::{COMPLETED, Ending};
@@ -152,8 +152,12 @@ fn title(study: &Poincare, model: &Model) -> String {
 fn kinds(attractors: &[Option<Attractor>], endings: &[Ending]) -> String {
     let mut found: Vec<String> = Vec::new();
     for (attractor, ending) in attractors.iter().zip(endings) {
-        let none = if ending.outcome == GROWING { "no attractor" } else { "none" };
-        let kind = attractor.as_ref().map_or(none.into(), Attractor::describe);
+        let none = match ending.outcome {
+            GROWING => "no attractor".into(),
+            COMPLETED => format!("no period {OF_ONE_POINT}"),
+            _ => "none".into(),
+        };
+        let kind = attractor.as_ref().map_or(none, Attractor::describe);
         if !found.contains(&kind) {
             found.push(kind);
         }

@@ -162,6 +162,7 @@ fn amplitudes_between_long_steps_are_seen() {
             let exact = 400.0 / f64::hypot(400.0 - omega * omega, 5.0 * omega);
             let off = found.amplitude[0].unwrap() / exact - 1.0;
             assert!(off.abs() < 1e-9, "{} at {omega}: {off:e}", row.name);
+            assert_eq!(found.outcome, "completed", "{}", row.name);
         }
     }
 }
@@ -181,8 +182,15 @@ fn a_motion_that_comes_to_rest_is_not_measured() {
         periods: 4,
     };
     let found = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
-    let outcomes: Vec<_> = found[..4].iter().map(|row| row.outcome).collect();
-    assert_eq!(outcomes, ["completed", "at-rest", "at-rest", "completed"], "{found:?}");
+    let outcomes = |found: &[ResonanceRow]| found.iter().map(|row| row.outcome).collect::<Vec<_>>();
+    assert_eq!(
+        outcomes(&found[..4]),
+        ["completed", "at-rest", "at-rest", "completed"],
+        "{found:?}"
+    );
+    // A motion that still decays is not steady, however small it is.
+    let short = Resonance { transient: 200, values: vec![3.5], ..study };
+    assert_eq!(outcomes(&short.run(&REFERENCE, 0.05, &Silent).unwrap()), ["unsteady"; 2]);
 }
 
 /// A run that the user stops ends within a value.

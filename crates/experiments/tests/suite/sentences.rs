@@ -76,6 +76,22 @@ fn a_motion_that_is_still_settling_is_not_said_to_have_no_period() {
     assert!(diagram.contains("reference: period none yet throughout"), "{diagram}");
 }
 
+/// One point shows no period, and its run did not fail.
+#[test]
+fn one_point_of_a_motion_is_no_failure() {
+    let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.4 }\n[drive]\n\
+                  force = [\"0.3*cos(1.3*t)\"]";
+    let said = |study: &str| {
+        let task = format!("[study.{study}\nmethods = [\"rk4\"]\ntransient = 9\npoints = 1\n");
+        studied(&scene(system, [1.0, 0.0], [100.0, 0.1], &task))
+    };
+    let portrait = said("poincare]");
+    assert!(portrait.contains("reference: no period within 1 point; rk4"), "{portrait}");
+    let diagram =
+        said("bifurcation]\nparameter = { name = \"k\", from = 1.0, to = 1.1, count = 2 }");
+    assert!(diagram.contains("reference: period none within 1 point throughout; rk4"), "{diagram}");
+}
+
 #[test]
 fn a_resonance_without_a_steady_motion_has_no_numbers() {
     let ueda = "name = \"duffing\"\nparameters = { alpha = 0.0, beta = 1.0, c = 0.05 }\n[drive]\n\

@@ -85,10 +85,29 @@ impl BasinMap {
     /// attractor of its own; other cells without an attractor, and those beside them, are
     /// left out. None if the shares do not grow, as with too few cells.
     pub fn uncertainty(&self, width: usize) -> Option<f64> {
-        let points: Vec<(f64, f64)> = [1, 2, 4, 8]
-            .into_iter()
-            .filter(|&apart| 4 * apart < width)
-            .map(|apart| (apart as f64, self.uncertain(width, apart)))
+        let lines = self.lines(width);
+        let shortest = lines.iter().map(|line| line.count).min()?;
+        let distances: Vec<usize> =
+            DISTANCES.into_iter().filter(|&apart| 4 * apart < shortest).collect();
+        // The cells are the same at all distances, so that the shares count one boundary.
+        let margin = *distances.last()?;
+        let inner = (0..self.cells.len())
+            .filter(|&i| lines.iter().all(|line| line.is_inside(i, margin)))
+            .collect::<Vec<_>>();
+        let share = |&apart: &usize| {
+            let beside = |i: usize| {
+                lines
+                    .iter()
+                    .flat_map(move |line| [i - apart * line.stride, i + apart * line.stride])
+            };
+            let known = |i: &&usize| beside(**i).chain([**i]).all(|i| self.is_settled(i));
+            let differs = |i: &&usize| beside(**i).any(|other| self.differ(**i, other));
+            let all = inner.iter().filter(known).count();
+            inner.iter().filter(known).filter(differs).count() as f64 / all.max(1) as f64
+        };
+        let points: Vec<(f64, f64)> = distances
+            .iter()
+            .map(|apart| (*apart as f64, share(apart)))
             .filter(|point| point.1 > 0.0)
             .map(|(apart, share)| (apart.ln(), share.ln()))
             .collect();
@@ -97,19 +116,87 @@ impl BasinMap {
 
     /// Whether there is a boundary: cells of two attractors side by side.
     pub fn has_boundary(&self, width: usize) -> bool {
-        self.uncertain(width, 1) > 0.0
+        let is_boundary =
+            |i, next| self.is_settled(i) && self.is_settled(next) && self.differ(i, next);
+        (0..self.cells.len()).any(|i| {
+            let beside = ((i + 1) % width != 0).then_some(i + 1);
+            let above = Some(i + width).filter(|&above| above < self.cells.len());
+            beside.into_iter().chain(above).any(|next| is_boundary(i, next))
+        })
     }
 
-    /// The share of cells with a cell of another attractor at a distance of `apart` cells.
-    fn uncertain(&self, width: usize, apart: usize) -> f64 {
-        let left_out = [UNSETTLED, TOO_MANY, UNSTABLE];
-        let settled = |i: usize| !left_out.contains(&self.cells[i].ending.outcome);
-        let beside = |i: usize| [i - apart, i + apart];
-        let inner = |i: &usize| (apart..width.saturating_sub(apart)).contains(&(i % width));
-        let known = |i: &usize| settled(*i) && beside(*i).into_iter().all(settled);
-        let at = |i: usize| self.cells[i].attractor;
-        let differs = |&i: &usize| beside(i).into_iter().any(|other| at(other) != at(i));
-        let all: Vec<usize> = (0..self.cells.len()).filter(inner).filter(known).collect();
-        all.iter().copied().filter(differs).count() as f64 / all.len().max(1) as f64
+    /// The two directions of the grid, or the one in which it has enough cells.
+    fn lines(&self, width: usize) -> Vec<Line> {
+        let along = Line { stride: 1, count: width };
+        let across = Line { stride: width, count: self.cells.len() / width.max(1) };
+        [along, across].into_iter().filter(|line| line.count > 4 * DISTANCES[1]).collect()
+    }
+
+    /// Whether a cell has an attractor, or its run fails.
+    fn is_settled(&self, i: usize) -> bool {
+        ![UNSETTLED, TOO_MANY, UNSTABLE].contains(&self.cells[i].ending.outcome)
+    }
+
+    fn differ(&self, i: usize, other: usize) -> bool {
+        self.cells[i].attractor != self.cells[other].attractor
+    }
+}
+
+/// The distances, in cells, at which others are compared.
+const DISTANCES: [usize; 4] = [1, 2, 4, 8];
+
+/// A direction of a grid.
+struct Line {
+    /// From one cell to the next.
+    stride: usize,
+    /// The number of cells.
+    count: usize,
+}
+
+impl Line {
+    /// Whether a cell is at least `margin` from both ends.
+    fn is_inside(&self, i: usize, margin: usize) -> bool {
+        (margin..self.count - margin).contains(&(i / self.stride % self.count))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterbay_methods::registry::REFERENCE;
+
+    /// A map of two basins.
+    fn map(width: usize, height: usize, is_first: impl Fn(usize, usize) -> bool) -> BasinMap {
+        let cell = |i: usize| Cell {
+            attractor: Some(usize::from(is_first(i % width, i / width))),
+            periods: 1,
+            ending: Ending::completed(),
+        };
+        let cells = (0..width * height).map(cell).collect();
+        BasinMap { row: &REFERENCE, h: 0.1, attractors: Vec::new(), cells }
+    }
+
+    /// A smooth boundary has the dimension 1 in whatever direction it lies.
+    #[test]
+    fn a_smooth_boundary_has_the_exponent_1() {
+        for (width, height) in [(100, 100), (40, 60), (40, 3)] {
+            for (map, what) in [
+                (map(width, height, |i, _| 2 * i < width), "across"),
+                (map(width, height, |_, j| 2 * j < height), "along"),
+                (map(width, height, |i, j| i + j < (width + height) / 2), "oblique"),
+            ] {
+                assert!(map.has_boundary(width), "{what}");
+                if what == "along" && height == 3 {
+                    assert_eq!(map.uncertainty(width), None);
+                    continue;
+                }
+                let found = map.uncertainty(width).expect("an exponent");
+                // The strips about an oblique boundary are cut off at the corners.
+                let most = if what == "oblique" { 0.1 } else { 1e-12 };
+                assert!((found - 1.0).abs() < most, "{what}, {width} x {height}: {found}");
+            }
+        }
+        let one = map(20, 20, |_, _| true);
+        assert!(!one.has_boundary(20) && one.uncertainty(20).is_none());
     }
 }
