@@ -189,7 +189,7 @@ fn a_motion_that_comes_to_rest_is_not_measured() {
         "{found:?}"
     );
     // A motion that still decays is not steady, however small it is.
-    let short = Resonance { transient: 200, values: vec![3.5], ..study };
+    let short = Resonance { transient: 260, values: vec![3.5], ..study };
     assert_eq!(outcomes(&short.run(&REFERENCE, 0.05, &Silent).unwrap()), ["unsteady"; 2]);
 }
 
