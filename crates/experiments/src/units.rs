@@ -41,7 +41,7 @@ impl UnitsTable {
         unit.as_deref()
     }
 
-    /// The label of a result that begins with the name of a column, for instance `H at the end [J]`.
+    /// The label of a result that begins with the name of a column, as in `H at the end [J]`.
     pub(crate) fn result(&self, what: &str) -> String {
         let column = what.trim_start_matches("Σ ").split(' ').next();
         with(what, column.and_then(|column| self.of_column(column)))

@@ -243,7 +243,7 @@ impl LimitCycle {
         let mut shooting =
             Shooting { model, row, parameter: None, multiple, steps: 1, scales, progress };
         loop {
-            shooting.steps = steps(model, h, shooting.multiple, period)?;
+            shooting.steps = steps(row, model, h, shooting.multiple, period)?;
             let Image { path, residual, monodromy, .. } = shooting.image(&x)?;
             shooting.scales = scales_of(&path, &residual, &monodromy, &x);
             let phase = multiple.is_none().then(|| phase(&shooting, &path, &x));
@@ -264,10 +264,16 @@ impl LimitCycle {
 }
 
 /// n for a cycle with steps of nearly h.
-fn steps(model: &Model, h: f64, multiple: Option<u64>, period: f64) -> Result<u64, InputError> {
+fn steps(
+    row: &Row,
+    model: &Model,
+    h: f64,
+    multiple: Option<u64>,
+    period: f64,
+) -> Result<u64, InputError> {
     let steps = match multiple {
         Some(multiple) => {
-            let each = Section::Stroboscopic { interval: None }.grid(model, h)?.steps;
+            let each = Section::Stroboscopic { interval: None }.grid_of(row, model, h)?.steps;
             multiple as f64 * each as f64
         }
         None => (period / h).round().max(FEWEST_STEPS),

@@ -47,15 +47,19 @@ impl Motion {
     /// coordinate that moves by roundings rests as well, and its momentum with it. (While a run
     /// seeks its section, `ensemble/standstill.rs` asks for the latter alone.)
     pub(super) fn is_rest_beside(&self, whole: &Ranges) -> bool {
-        let (settled, dof) = (&self.settled, whole.len() / 2);
-        let faded = |j: usize| settled.extent(j) <= FADED * whole.extent(j);
-        let rounds = |j: usize| settled.extent(j) <= OF_MAGNITUDE * settled.magnitude(j);
-        (0..dof).all(|j| rounds(j) || (faded(j) && faded(dof + j)))
+        self.is_share_of(FADED, whole)
     }
 
-    /// Whether the motion that has settled is some thousand roundings of another.
+    /// Whether the motion that has settled is at most some thousand roundings of another.
     pub(super) fn is_rounding_beside(&self, whole: &Ranges) -> bool {
-        (0..whole.len()).all(|j| self.settled.extent(j) <= OF_MAGNITUDE * whole.extent(j))
+        self.is_share_of(OF_MAGNITUDE, whole)
+    }
+
+    fn is_share_of(&self, share: f64, whole: &Ranges) -> bool {
+        let (settled, dof) = (&self.settled, whole.len() / 2);
+        let faded = |j: usize| settled.extent(j) <= share * whole.extent(j);
+        let rounds = |j: usize| settled.extent(j) <= OF_MAGNITUDE * settled.magnitude(j);
+        (0..dof).all(|j| rounds(j) || (faded(j) && faded(dof + j)))
     }
 
     /// The distance of states in units of the motion that has settled, however small it is beside

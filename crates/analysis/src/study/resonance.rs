@@ -172,10 +172,7 @@ impl Resonance {
                 *q = period.map_or(*q, |period| from + nearest(*q - from, period));
             }
         };
-        let go_on = || match progress.stopped() {
-            true => Err(IntegrateError::Interrupted),
-            false => Ok(()),
-        };
+        let go_on = || if progress.stopped() { Err(IntegrateError::Interrupted) } else { Ok(()) };
         let mut motion = Motion::new(dof);
         for _ in 0..self.transient {
             let from = state.q[..dof].to_vec();
@@ -301,9 +298,10 @@ impl<'a> Turns<'a> {
         let mut end = self.start.clone();
         copy(now, &mut end);
         let share = |k: u32| f64::from(k) / f64::from(self.parts);
-        let inner = (1..self.parts).map(share);
-        let inner = inner.filter_map(|at| Some((at, step_part(run, at * h, &self.start)?)));
-        let inner: Vec<_> = inner.collect();
+        let inner: Vec<_> = (1..self.parts)
+            .map(share)
+            .filter_map(|at| Some((at, step_part(run, at * h, &self.start)?)))
+            .collect();
         let mut before = (0.0, &self.start);
         for (at, after) in inner.iter().map(|(at, state)| (*at, state)).chain([(1.0, &end)]) {
             let velocities = velocity(self.system, after.state_ref());

@@ -9,13 +9,13 @@
 //!
 //! Every step is taken in 106 bits. The displacement d_j is 2⁻⁵² of the size of q_j or of p_j in
 //! this step, so that the difference has a truncation error of about 2⁻⁵² and a rounding error of
-//! about 2⁻¹⁰⁶ 2⁵²: both are roundings of `f64`. The derivative is that of the method itself, of its
-//! nonlinear solver and its quadratures too, and needs no second derivative of H. It costs 2N + 1
-//! steps.
+//! about 2⁻¹⁰⁶ 2⁵²: both are roundings of `f64`. The derivative is that of the method itself, of
+//! its nonlinear solver and its quadratures too, and needs no second derivative of H. It costs
+//! 2N + 1 steps.
 //!
-//! An entry that is far smaller than the largest q, or p, may have a unit of its own, or pass 0. Its
-//! size is taken as the geometric mean of both: where it is smaller by a factor r, either error is
-//! at most √r roundings.
+//! An entry that is far smaller than the largest q, or p, may have a unit of its own, or pass 0.
+//! Its size is taken as the geometric mean of both: where it is smaller by a factor r, either error
+//! is at most √r roundings.
 //!
 //! A motion that has settled at q ≠ 0 has momenta near 0. A displacement in proportion to them
 //! changes q by less than a rounding. A displacement of p_j that moves q_j by less than 2⁻⁶⁴ of the
@@ -190,8 +190,8 @@ impl Step<'_> {
 }
 
 /// The size of each entry, at least [`LEAST`]: the geometric mean of its largest magnitude at both
-/// ends of a step and the largest of all. That of a rounding of 0 is the largest of all. None if all
-/// are 0.
+/// ends of a step and the largest of all. That of a rounding of 0 is the largest of all. None if
+/// all are 0.
 fn sizes(ends: [&[Quad]; 2]) -> Option<Vec<f64>> {
     let magnitude = |(a, b): (&Quad, &Quad)| a.to_f64().abs().max(b.to_f64().abs());
     let magnitudes: Vec<f64> = ends[0].iter().zip(ends[1]).map(magnitude).collect();

@@ -111,8 +111,14 @@ impl TrajectoryRow {
     pub fn read(method: &'static str, line: &str, model: &Model) -> Option<Self> {
         let mut cells = line.trim_end().split(',').skip(1);
         let step = cells.next()?.parse().ok()?;
-        let number = |cell: &str| if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() };
-        let numbers: Vec<f64> = cells.map(number).collect::<Option<_>>()?;
+        let cells: Vec<&str> = cells.collect();
+        let energies = cells.len().checked_sub(2)?;
+        // H and K are empty where they overflow.
+        let number = |(i, cell): (usize, &&str)| match *cell {
+            "" if i >= energies => Some(f64::NAN),
+            cell => cell.parse().ok(),
+        };
+        let numbers: Vec<f64> = cells.iter().enumerate().map(number).collect::<Option<_>>()?;
         let (t, mut rest) = numbers.split_first()?;
         let mut part = |count: usize| {
             let (part, behind) = rest.split_at_checked(count)?;

@@ -78,8 +78,8 @@ fn the_derivative_is_not_lost_beside_a_coordinate() {
     }
 }
 
-/// Two coupled coordinates, of which the second is measured in the unit u, or passes 0: J_ij u_j/u_i
-/// is that of u = 1.
+/// Two coupled coordinates, of which the second is measured in the unit u, or passes 0:
+/// J_ij u_j/u_i is that of u = 1.
 #[test]
 fn the_derivative_does_not_depend_on_the_unit_of_a_coordinate() {
     let scaled = |u: f64, [q, p]: [f64; 2]| {

@@ -113,7 +113,7 @@ pub enum StepFailure {
     /// δ is not finite: its denominator vanishes.
     #[error(
         "δ of degree of freedom {} has a pole (its denominator is {denominator:e}): take another \
-         step size, or where none helps, as at p = 0, another initial state",
+         step size; if none helps, as at p = 0, take another initial state",
         dof + 1
     )]
     Pole {

@@ -194,6 +194,9 @@ impl LineChart {
 
 pub(super) type Point = (f64, f64);
 
+/// Points nearer to each other than this, in pixels, look like one.
+const INVISIBLE: f64 = 0.05;
+
 /// The end of a curve at which errors that fall with `slope` are largest, and the point halfway
 /// along. Points beyond may lie on a floor of roundings.
 fn coarse_half(points: &[Point], slope: f64) -> Option<(Point, Point)> {
@@ -257,8 +260,10 @@ pub(super) fn draw_curve(frame: &mut Frame, look: Look, style: Style, points: &[
         let width = if pixels.len() > 400 { 1.3 } else { 1.9 };
         frame.group(r#"stroke-linejoin="round""#, [look.line(&pixels, width)]);
     }
-    if pixels.iter().all(|at| *at == pixels[0]) {
-        frame.add(look.markers(&pixels[..pixels.len().min(1)], 4.0));
+    let Some(first) = pixels.first() else { return };
+    let is_there = |at: &Point| (at.0 - first.0).hypot(at.1 - first.1) < INVISIBLE;
+    if pixels.iter().all(is_there) {
+        frame.add(look.markers(&[*first], 4.0));
     } else if style != Style::Line {
         let marked: Vec<_> =
             pixels.iter().copied().step_by(pixels.len().div_ceil(40).max(1)).collect();

@@ -17,7 +17,7 @@ const SHOWN: usize = 6;
 const CHAIN: usize = 8;
 /// The most columns and rows of a map. Several maps of a figure share their square.
 const CELLS: usize = 128;
-/// The most panels of a chart. A choice: there is one for each method.
+/// The most panels of a chart. A choice: enough for one panel for each method.
 const PANELS: usize = 32;
 
 /// The figures of the scene, and the default ones whose names it does not use and which it does not

@@ -112,8 +112,8 @@ pub(super) fn slopes(orders: impl Iterator<Item = Order>) -> Vec<f64> {
 fn global(r: &Readings) -> Said {
     let mut statement = orders_of_three(r, 2, "–");
     let is_off = |name: &str, claimed: f64| {
-        let is_off = |order: f64| order < claimed - FAR_BELOW || order > FAR_ABOVE * claimed;
-        VARIABLES.iter().any(|variable| is_off(r.number(name, variable)))
+        let is_far = |order: f64| order < claimed - FAR_BELOW || order > FAR_ABOVE * claimed;
+        VARIABLES.iter().any(|variable| is_far(r.number(name, variable)))
     };
     let off: Vec<String> = r
         .numbers("claimed")

@@ -23,9 +23,8 @@ const NEUTRAL: f64 = 1e-6;
 /// The distance from 1 of the reference's multiplier along a cycle above which it is in doubt. A
 /// choice: multipliers are printed with two digits.
 const DOUBTED: f64 = 1e-3;
-/// A coordinate with an amplitude below this share of the largest is at rest. A choice, as where
-/// cycles are found.
-const AT_REST: f64 = 1e-9;
+/// Amplitudes below this share of the largest are not shown, where there are others. A choice.
+const NEGLIGIBLE: f64 = 1e-9;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<LimitCycle>) -> Boxed<'a> {
     let made = |plan: &DynamicsPlan<LimitCycle>, parts| sheet(scene, plan, plan.gather(parts));
@@ -49,7 +48,15 @@ fn sheet(
     let amplitude = format!("amplitude of q{}", shown + 1);
     sheet.text(prose(plan, parameter, shown));
     let readings = readings(parameter, &found, shown);
-    let header = HEADER.map(|title| if title == "amplitude" { &amplitude } else { title });
+    let header = [
+        "method and step",
+        "run",
+        "period",
+        &amplitude,
+        "largest multiplier",
+        "relative error of the period",
+        "of the amplitude",
+    ];
     sheet.table(&header, found.iter().map(|cycles| cells(cycles, &readings)).collect());
     sheet.find("Limit cycle", readings, what_is_seen);
     if let Some(parameter) = parameter {
@@ -63,11 +70,12 @@ fn sheet(
     Ok(sheet)
 }
 
-/// The degree of freedom whose amplitude is shown: the first that moves in the first cycle found.
+/// The degree of freedom whose amplitude is shown: the first whose amplitude is not negligible in
+/// the first cycle found.
 fn shown(found: &[Cycles]) -> usize {
     let Some(cycle) = found.iter().find_map(first) else { return 0 };
     let largest = cycle.amplitude.iter().copied().fold(0.0, f64::max);
-    cycle.amplitude.iter().position(|own| *own > AT_REST * largest).unwrap_or(0)
+    cycle.amplitude.iter().position(|own| *own > NEGLIGIBLE * largest).unwrap_or(0)
 }
 
 fn prose(plan: &DynamicsPlan<LimitCycle>, parameter: Option<&str>, shown: usize) -> String {
@@ -117,16 +125,6 @@ fn readings(parameter: Option<&str>, found: &[Cycles], shown: usize) -> Readings
     }
     readings
 }
-
-const HEADER: [&str; 7] = [
-    "method and step",
-    "run",
-    "period",
-    "amplitude",
-    "largest multiplier",
-    "relative error of the period",
-    "of the amplitude",
-];
 
 fn cells(cycles: &Cycles, readings: &Readings) -> Vec<String> {
     let (label, cycle) = (label(cycles.row, cycles.h), first(cycles));
@@ -220,8 +218,8 @@ fn what_is_seen(r: &Readings) -> Said {
             other => format!(" of {other}"),
         };
         format!(
-            "{label}: period {}, amplitude{of} {}, {stable} (largest multiplier {below}{}){off}{events}\
-             {end}{doubt}",
+            "{label}: period {}, amplitude{of} {}, {stable} (largest multiplier {below}{}){off}\
+             {events}{end}{doubt}",
             significant(number("period"), 7),
             significant(number("amplitude"), 7),
             sci(largest),
@@ -262,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn the_amplitude_shown_is_that_of_a_coordinate_that_moves() {
+    fn the_amplitude_shown_is_not_negligible() {
         for (amplitude, of) in [
             (vec![1e-20, 2.0, 1.0], "amplitude of q2 2.0"),
             (vec![1e-3, 2.0], "amplitude 0.001"),

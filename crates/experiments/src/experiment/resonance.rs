@@ -66,8 +66,8 @@ fn prose(plan: &DynamicsPlan<Resonance>) -> String {
     let study = &plan.study;
     format!(
         "The steady motion at {} values of {}, once upwards and once downwards. Each begins where \
-         the one before ended; {} periods pass before {} are measured. The amplitude is the \
-         largest |q| between steps, found to rounding. In a steady motion the drive supplies in a \
+         the one before ended, or at the initial state if that came to rest or failed; {} periods \
+         pass before {} are measured. The amplitude is the largest |q| between steps, found to rounding. In a steady motion the drive supplies in a \
          period what friction dissipates.{}",
         study.values.len(),
         study.parameter,
@@ -195,7 +195,8 @@ fn what_is_seen(r: &Readings) -> Said {
             count => format!("; {count} of {} not steady", counted(number("values"), "motion")),
         };
         format!(
-            "{label}: largest steady amplitude of q1 {} at {}{off}{balance}{unsteady}{resting}{fails}",
+            "{label}: largest steady amplitude of q1 {} at {}{off}{balance}{unsteady}{resting}\
+             {fails}",
             significant(number("peak"), 5),
             significant(number("at"), 5),
         )

@@ -193,6 +193,28 @@ fn a_motion_that_comes_to_rest_is_not_measured() {
     assert_eq!(outcomes(&short.run(&REFERENCE, 0.05, &Silent).unwrap()), ["unsteady"; 2]);
 }
 
+/// Roundings about an equilibrium are rest, wherever it lies.
+#[test]
+fn a_start_at_an_equilibrium_rests() {
+    for q in [0.0, 0.02_f64.sqrt(), 7.0_f64.sqrt()] {
+        let system = format!(
+            "name = \"custom\"\npotential = \"(q1^2 - {:?})^2/4\"\ndissipation = [\"0.1*v1\"]",
+            q * q
+        );
+        let drive = "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 0.0, omega = 1.0 }";
+        let study = Resonance {
+            problem: problem(&system, drive, [q, 0.0]),
+            parameter: "omega".into(),
+            values: vec![0.7, 1.3],
+            spacing: Spacing::Linear,
+            transient: 20,
+            periods: 4,
+        };
+        let found = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
+        assert!(found.iter().all(|row| row.outcome == "at-rest"), "{q}: {found:?}");
+    }
+}
+
 /// A run that the user stops ends within a value.
 #[test]
 fn a_curve_that_is_stopped_ends_at_once() {

@@ -270,7 +270,7 @@ impl Walk<'_> {
         let shooting = &mut self.shooting;
         let model = shooting.model_at(&self.at.x)?;
         let period = shooting.period(&model, &self.at.x)?;
-        shooting.steps = steps(&model, self.h, shooting.multiple, period)?;
+        shooting.steps = steps(shooting.row, &model, self.h, shooting.multiple, period)?;
         Ok(())
     }
 

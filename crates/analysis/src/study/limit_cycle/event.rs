@@ -7,12 +7,13 @@
 //! Neimark-Sacker      Π_{i<j} (μ_i μ_j - 1) changes its sign, by a complex pair
 //! ```
 //!
-//! The products are over the nontrivial multipliers μ_i. They keep their signs where two multipliers
-//! pass at once, as those of equal parts do: the number outside the unit circle then changes by
-//! more than these events explain, and |μ| - 1 of the multipliers that pass changes its sign. At a branching the continuation may go on
-//! along the branch that crosses: where a symmetry is lost, dλ/ds changes its sign there, and the
-//! mirror image of the cycles before follows. Source: Yu. A. Kuznetsov, Elements of
-//! Applied Bifurcation Theory (2004), section 10.3.
+//! The products are over the nontrivial multipliers μ_i. They keep their signs where two
+//! multipliers pass at once, as those of equal parts do: more multipliers then pass the unit circle
+//! than these events explain, and |μ_i| - 1 of each of them changes its sign.
+//!
+//! At a branching the continuation may go on along the branch that crosses: where a symmetry is
+//! lost, dλ/ds changes its sign there, and the mirror image of the cycles before follows. Source:
+//! Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), section 10.3.
 
 use super::Cycle;
 use super::cycle::{Complex, product};
@@ -83,7 +84,7 @@ pub(super) fn between(before: &Tests, after: &Tests) -> Vec<(usize, Event)> {
 /// finds.
 pub(super) fn multipliers((index, event): (usize, Event)) -> usize {
     match event {
-        // The branch turns, and no multiplier passes.
+        // The branch turns, and an even number of multipliers passes, most often none.
         Event::Branching if index == 0 => 0,
         Event::Fold | Event::Branching | Event::PeriodDoubling => 1,
         Event::NeimarkSacker => 2,
@@ -92,13 +93,10 @@ pub(super) fn multipliers((index, event): (usize, Event)) -> usize {
 
 /// |μ| - 1 of the nontrivial multipliers, the largest first.
 pub(super) fn beyond_circle(cycle: &Cycle) -> Vec<f64> {
-    let mut sizes: Vec<f64> =
-        cycle.nontrivial().iter().map(|[re, im]| re.hypot(*im) - 1.0).collect();
-    sizes.sort_by(|a, b| b.total_cmp(a));
-    sizes
+    cycle.nontrivial().iter().map(|[re, im]| re.hypot(*im) - 1.0).collect()
 }
 
-/// The places, in the order of size, of the multipliers that pass the unit circle between two
+/// The ranks, in the order of size, of the multipliers that pass the unit circle between two
 /// cycles.
 pub(super) fn passing(before: &Cycle, after: &Cycle) -> Vec<usize> {
     // Multipliers below the roundings of the largest are not known.
@@ -108,18 +106,22 @@ pub(super) fn passing(before: &Cycle, after: &Cycle) -> Vec<usize> {
     let [before, after] = [before, after].map(beyond_circle);
     let passes = |(a, b): (&f64, &f64)| a.abs().min(b.abs()) > OFF_CIRCLE && a * b < 0.0;
     let pairs = before.iter().zip(&after).enumerate();
-    pairs.filter(|(_, pair)| passes(*pair)).map(|(place, _)| place).collect()
+    pairs.filter(|(_, pair)| passes(*pair)).map(|(rank, _)| rank).collect()
 }
 
-/// The bifurcation at which the multiplier of a place in the order of size is on the unit circle.
-pub(super) fn of_place(cycle: &Cycle, place: usize) -> Event {
-    let mut all = cycle.nontrivial();
-    all.sort_by(|a, b| b[0].hypot(b[1]).total_cmp(&a[0].hypot(a[1])));
-    match all[place] {
-        [_, im] if im.abs() > REAL => Event::NeimarkSacker,
-        [re, _] if re < 0.0 => Event::PeriodDoubling,
-        _ => Event::Branching,
+/// The bifurcation at which the multiplier of a rank is on the unit circle; none if it is not.
+/// `turns` tells whether the branch turns back.
+pub(super) fn of_rank(cycle: &Cycle, rank: usize, turns: bool) -> Option<Event> {
+    let [re, im] = cycle.nontrivial()[rank];
+    if (re.hypot(im) - 1.0).abs() > ON_CIRCLE {
+        return None;
     }
+    Some(match (im.abs() > REAL, re > 0.0) {
+        (true, _) => Event::NeimarkSacker,
+        (false, false) => Event::PeriodDoubling,
+        (false, true) if turns => Event::Fold,
+        (false, true) => Event::Branching,
+    })
 }
 
 /// Whether a cycle at which a test function is 0 has that bifurcation. The product of two real
@@ -171,13 +173,14 @@ mod tests_of_events {
         assert!(!is_real(Event::NeimarkSacker, &cycle(&real(1.0, 1.0))));
         assert_eq!(passing(&cycle(&twice[0]), &cycle(&twice[1])), [0, 1]);
         assert!(passing(&cycle(&pair(1.0 - 1e-9)), &cycle(&pair(1.0 + 1e-9))).is_empty());
-        for (at, event) in [
-            (real(1.0, 1.0), Event::Branching),
-            (real(-1.0, -1.0), Event::PeriodDoubling),
-            (pair(1.0), Event::NeimarkSacker),
+        for (at, turns, event) in [
+            (real(1.0, 1.0), false, Some(Event::Branching)),
+            (real(1.0, 1.0), true, Some(Event::Fold)),
+            (real(-1.0, -1.0), false, Some(Event::PeriodDoubling)),
+            (pair(1.0), false, Some(Event::NeimarkSacker)),
+            (pair(0.9), false, None),
         ] {
-            assert_eq!(of_place(&cycle(&at), 1), event);
+            assert_eq!(of_rank(&cycle(&at), 1, turns), event);
         }
-        assert!(!is_real(Event::NeimarkSacker, &cycle(&real(2.0, 0.5))));
     }
 }

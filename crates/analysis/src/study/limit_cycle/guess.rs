@@ -8,7 +8,6 @@
 //! comes to rest, or does not come back, has no guess.
 
 use super::CycleFailure;
-use crate::Model;
 use crate::progress::Progress;
 use crate::study::Problem;
 use crate::study::attractor::first_return;
@@ -61,7 +60,8 @@ pub(super) fn guess(
     if model.motors().is_empty() {
         walk.free(&model.bind(row)?, h, transient)
     } else {
-        walk.driven(model, h, transient, multiple)
+        let grid = Section::Stroboscopic { interval: None }.grid_of(row, model, h)?;
+        walk.driven(grid, transient, multiple)
     }
 }
 
@@ -83,12 +83,10 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn driven(
         mut self,
-        model: &Model,
-        h: f64,
+        grid: Grid<f64>,
         transient: f64,
         multiple: Option<u64>,
     ) -> Result<Guess, CycleFailure> {
-        let grid = Section::Stroboscopic { interval: None }.grid(model, h)?;
         let period = grid.h * grid.steps as f64;
         for _ in 0..(transient / period).ceil() as u64 {
             self.period(grid)?;

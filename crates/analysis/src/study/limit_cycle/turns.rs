@@ -31,7 +31,7 @@ pub(super) fn fewer<'a>(
     let metric = metric(shooting);
     for period in returns(shooting, solved)? {
         let mut part = Shooting {
-            steps: steps(shooting.model, h, None, period)?,
+            steps: steps(shooting.row, shooting.model, h, None, period)?,
             scales: shooting.scales.clone(),
             ..*shooting
         };

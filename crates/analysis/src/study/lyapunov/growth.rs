@@ -70,12 +70,12 @@ impl Growth {
     }
 }
 
-/// The units are powers of 2 to this power. They are 1 in a motion whose entries have about equal
+/// Units are powers of 2 to this power, 2^20. They are 1 in a motion whose entries have about equal
 /// sizes, so that exponents there do not depend on the choice.
 const POWER: f64 = 20.0;
 
-/// Orthonormal tangent vectors, with each entry of (q, p) in a unit of its own: sizes that differ by
-/// many powers of ten, as in SI units, would mix in the rounding of an orthonormalization.
+/// Orthonormal tangent vectors, with each entry of (q, p) in a unit of its own: sizes that differ
+/// by many powers of ten, as in SI units, would mix in the rounding of an orthonormalization.
 pub(super) struct Frame {
     vectors: Mat<f64>,
     /// The units; none before the first step.
@@ -130,8 +130,8 @@ impl Frame {
     }
 }
 
-/// The units of the entries of (q, p), relative to that of q1, in which displacements of all of them
-/// change each other by about as much in a step, among the powers of 2^[`POWER`].
+/// The units of the entries of (q, p), relative to that of q1, in which displacements of all of
+/// them change each other by about as much in a step, among the powers of 2^[`POWER`].
 fn units_of(jacobian: &Mat<f64>) -> Vec<f64> {
     let size = jacobian.nrows();
     let off_diagonal = |i, j| if i == j { 0.0 } else { jacobian[(i, j)] };

@@ -53,7 +53,7 @@ impl Planner<'_> {
             &format!("{path}.steps"),
             "the reference in bytes",
             (reference, MOST_OUTPUT),
-            "take larger steps, or steps that are doubled",
+            "take larger steps, or steps each twice the one before",
         )?;
         Ok(Some(plan))
     }
@@ -89,7 +89,8 @@ impl Planner<'_> {
             return self.refuse(&path, SceneProblem::Empty { what: "tolerance" });
         }
         if table.tolerances.is_none() {
-            if let Some((at, names)) = named.filter(|_| table.methods.is_some()) {
+            if let Some((at, names)) = named.filter(|_| table.methods.is_some() || fixed.is_empty())
+            {
                 self.none_adaptive(&at, names, &adaptive)?;
             }
             adaptive.clear();

@@ -90,7 +90,7 @@ impl Planner<'_> {
             return refuse("to", to, "at a finite distance from `from`");
         }
         if scale == Spacing::Log && !(to / from).is_normal() {
-            return refuse("to", to, "at a finite ratio to `from`");
+            return refuse("to", to, "within a factor of 1e307 of `from`");
         }
         let share = |i: u64| if count > 1 { i as f64 / (count - 1) as f64 } else { 0.0 };
         let at = |i: u64| match scale {

@@ -106,9 +106,10 @@ impl SceneProblem {
             }
             Self::NoMethods => "name `methods` here, or in [run] for all studies",
             Self::Custom(CustomError::NotFinite { value, .. }) if value.is_nan() => {
-                "start where H and all forces are finite. Roots and logarithms have values for \
-                 positive numbers only, and so has a power with a parameter in its exponent, such \
-                 as q1^m: write it as a number, as in q1^4"
+                "start where H and all forces are finite. Roots of negative numbers and \
+                 logarithms of numbers up to 0 have no value. A power with a parameter in its \
+                 exponent, such as q1^m, has one only for q1 > 0: write the exponent as a number, \
+                 as in q1^4"
             }
             Self::Input(InputError::NotFinite { value, .. }) if value.is_nan() => {
                 "start where H and all forces are finite. The derivative of a root, or of a power \

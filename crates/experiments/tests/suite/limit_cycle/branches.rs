@@ -139,8 +139,8 @@ fn a_cycle_that_loses_its_symmetry_is_a_branching() {
     close("multiplier", cycle.multipliers[0][0], 1.0, 1e-6);
 }
 
-/// Where a symmetry is lost two branches cross, and Newton's method may go over to the other one. The
-/// values are those at which the map over half a period, with the sign of (q, p) reversed, has the
+/// Where a symmetry is lost two branches cross, and Newton's method may go over to the other one.
+/// The values are those at which the map over half a period, with the sign of (q, p) reversed, has the
 /// multiplier -1, by DOP853 of scipy at a relative tolerance of 1e-13.
 #[test]
 fn the_loss_of_a_symmetry_is_located() {
@@ -187,37 +187,44 @@ fn a_branch_meets_a_pitchfork_once() {
     assert!(events[0].1.amplitude[1] < 1e-4 * events[0].1.amplitude[0], "{events:?}");
 }
 
-/// Two equal parts lose their stability at once: the test functions, which are products over all
-/// multipliers, keep their signs.
+/// The bifurcations of n equal oscillators under one force, in this range of its amplitude.
+fn of_equal_parts(n: usize, well: f64, omega: f64, range: [f64; 2]) -> Vec<(Event, f64)> {
+    let text = format!(
+        "[system]\nname = \"custom\"\npotential = \"sum(j, 1, n, q[j]^4/4 + ({well:?})*q[j]^2/2)\"\n\
+         dissipation = {:?}\n[drive]\nforce = {:?}\nparameters = {{ f = {:?} }}\n[initial]\n\
+         q = {:?}\np = {:?}\n[time]\nend = 1.0\nstep = 0.1\n",
+        (1..=n).map(|j| format!("0.3*v{j}")).collect::<Vec<_>>(),
+        vec![format!("f*cos({omega:?}*t)"); n],
+        range[0],
+        vec![1.0; n],
+        vec![0.0; n]
+    );
+    let problem = Scene::read(&text).unwrap_or_else(|error| panic!("{error}")).problem;
+    let found = branch(study(problem, 300.0), "f", range, 0).run(row("rk4"), 0.1, &Silent).unwrap();
+    assert!(found.ending.is_completed(), "{:?}", found.ending);
+    let events = found.points.iter().filter_map(|point| Some((point.event?, point.cycle.value?)));
+    events.collect()
+}
+
+/// Equal parts have their bifurcations at once: the test functions, which are products over all
+/// multipliers, may keep their signs.
 #[test]
-fn bifurcations_of_equal_parts_are_not_lost() {
-    let duffing = |n: usize| {
-        let system = format!(
-            "name = \"custom\"\npotential = \"sum(j, 1, n, q[j]^4/4 - q[j]^2/2)\"\n\
-             dissipation = {:?}",
-            (1..=n).map(|j| format!("0.3*v{j}")).collect::<Vec<_>>()
-        );
-        let drive =
-            format!("[drive]\nforce = {:?}\nparameters = {{ f = 0.2 }}", vec!["f*cos(1.2*t)"; n]);
-        let text = format!(
-            "[system]\n{system}\n{drive}\n[initial]\nq = {:?}\np = {:?}\n[time]\nend = 1.0\n\
-             step = 0.1\n",
-            vec![1.0; n],
-            vec![0.0; n]
-        );
-        let problem = Scene::read(&text).unwrap_or_else(|error| panic!("{error}")).problem;
-        let study = branch(study(problem, 300.0), "f", [0.2, 0.28], 0);
-        let found = study.run(row("rk4"), 0.1, &Silent).unwrap();
-        assert!(found.ending.is_completed(), "{:?}", found.ending);
-        let events =
-            found.points.iter().filter_map(|point| Some((point.event?, point.cycle.value?)));
-        events.collect::<Vec<_>>()
-    };
-    let (one, two) = (duffing(1), duffing(2));
-    assert_eq!(one.len(), 1, "{one:?}");
-    assert_eq!(two.len(), 1, "{two:?}");
-    assert_eq!([one[0].0, two[0].0], [Event::PeriodDoubling; 2]);
-    close("f", two[0].1, one[0].1, 1e-7);
+fn bifurcations_of_equal_parts_are_those_of_one() {
+    let doubling = |n| of_equal_parts(n, -1.0, 1.2, [0.2, 0.28]);
+    let folds = |n| of_equal_parts(n, 1.0, 2.2, [0.5, 4.5]);
+    assert_eq!(doubling(1).len(), 1);
+    assert_eq!(folds(1).iter().map(|found| found.0).collect::<Vec<_>>(), [Event::Fold; 2]);
+    for of in [&doubling as &dyn Fn(usize) -> Vec<(Event, f64)>, &folds] {
+        let one = of(1);
+        for n in [2, 3] {
+            let all = of(n);
+            assert_eq!(all.len(), one.len(), "{n}: {all:?}, {one:?}");
+            for ((event, value), (exact, there)) in all.iter().zip(&one) {
+                assert_eq!(event, exact, "{n}: {all:?}, {one:?}");
+                close("f", *value, *there, 1e-6);
+            }
+        }
+    }
 }
 
 /// As printed by `data/ring.py`.

@@ -235,6 +235,10 @@ fn a_study_refuses_what_it_cannot_use() {
             "steps does not belong here: the methods choose their steps",
         ),
         (
+            format!("{adaptive}[study.work-precision]\nsteps = [0.1]"),
+            "adaptive-dop853 takes a tolerance instead of a step",
+        ),
+        (
             "[study.long-run]\nmethods = [\"rk4\", \"gonzalez\"]\ncount = 100\n\
              compensated = true"
                 .into(),

@@ -147,7 +147,7 @@ fn mistakes_are_refused() {
         ("vary.c = { from = -1e308, to = 1e308, count = 3 }", "at a finite distance from `from`"),
         (
             "vary.c = { from = 1e-300, to = 1e300, count = 3, scale = \"log\" }",
-            "at a finite ratio to `from`",
+            "within a factor of 1e307 of `from`",
         ),
         ("vary.c = { normal = [1, -1] }\nsamples = 3", "normal = -1 must be a mean"),
         ("vary.c = { uniform = [0, 1] }", "the key samples is missing"),
