@@ -100,7 +100,7 @@ fn what_is_wrong_is_said_and_where() {
     let unknown = |name: &str, nearest: Option<&str>| Problem::Unknown {
         name: name.to_owned(),
         nearest: nearest.map(Into::into),
-        known: "q1, q2, .., pi".into(),
+        known: "q1, q2, .., t, pi".into(),
     };
     let ends = |expected| Problem::Ends { expected };
     let no_sign =
