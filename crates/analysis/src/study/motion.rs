@@ -43,6 +43,11 @@ impl Motion {
         &self.run
     }
 
+    /// The run since it has settled.
+    pub(super) fn settled(&self) -> &Ranges {
+        &self.settled
+    }
+
     /// Whether the motion that has settled is rest beside another, of which it is a small share. A
     /// coordinate that moves by roundings rests as well, and its momentum with it. (While a run
     /// seeks its section, `ensemble/standstill.rs` asks for the latter alone.)

@@ -9,6 +9,9 @@ pub const COMPLETED: &str = "completed";
 /// The word of a run that was stopped.
 pub const INTERRUPTED: &str = "interrupted";
 
+/// The word of a motion that has come to rest.
+pub const AT_REST: &str = "at-rest";
+
 /// The outcome of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ending {

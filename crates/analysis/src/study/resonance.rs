@@ -8,10 +8,9 @@
 use super::Problem;
 use super::bifurcation::Way;
 use super::dynamics::{Dynamics, PiecePlan};
-use super::metric::OF_MAGNITUDE;
 use super::motion::Motion;
 use super::numbered;
-use super::outcome::Ending;
+use super::outcome::{AT_REST, Ending};
 use super::ranges::Ranges;
 use super::section::{Section, nearest, point, rewind};
 use super::stability::MapError;
@@ -27,8 +26,6 @@ use serde::{Deserialize, Serialize};
 
 /// The word of a motion that does not repeat over the measured periods.
 pub const UNSTEADY: &str = "unsteady";
-/// The word of a motion that has come to rest: it is a rounding beside that from which it decays.
-pub const AT_REST: &str = "at-rest";
 /// The largest distance from the first to the last state of the measured periods of a steady
 /// motion.
 const STEADY: f64 = 1e-6;
@@ -123,7 +120,7 @@ impl Resonance {
                 since_start.join(steady.motion.run());
             }
             let ending = match &found {
-                Ok(steady) if steady.rests(&since_start) => ended(AT_REST),
+                Ok(steady) if steady.motion.is_rounding_beside(&since_start) => ended(AT_REST),
                 Ok(steady) if steady.returned > STEADY => ended(UNSTEADY),
                 _ => Ending::of(&found, 0, 0),
             };
@@ -189,14 +186,13 @@ impl Resonance {
         state.w.fill(0.0);
         let system = model.system::<f64>()?;
         let start = point(&angles, dof, state.state_ref());
-        let mut range: Vec<[f64; 2]> = state.q[..dof].iter().map(|&q| [q, q]).collect();
         for _ in 0..self.periods {
             let from = state.q[..dof].to_vec();
             let mut turns = Turns::new(&*system, grid, state);
             run.run(grid, state, 1, &mut |step, now| {
                 motion.see(now);
                 if step > 0 {
-                    turns.see(run, grid.h, now, &mut range);
+                    turns.see(run, grid.h, now, &mut motion);
                 }
                 progress.flow()
             })?;
@@ -207,11 +203,12 @@ impl Resonance {
         let gained: Vec<f64> = s.into_iter().chain(pumped).collect();
         let mean = |all: &[f64]| all.iter().sum::<f64>() / self.periods as f64;
         let end = point(&angles, dof, state.state_ref());
-        let amplitude = range.iter().zip(&angles).map(|(range, period)| largest(*range, *period));
-        let amplitude = amplitude.collect();
+        let amplitude =
+            |(j, period): (usize, &Option<f64>)| largest(motion.settled().bounds(j), *period);
+        let amplitude = angles.iter().enumerate().map(amplitude).collect();
         let returned = motion.own_metric(&angles).distance(&start.concat(), &end.concat());
         let (supplied, dissipated) = (mean(&gained), mean(&w));
-        Ok(Steady { amplitude, supplied, dissipated, returned, range, motion })
+        Ok(Steady { amplitude, supplied, dissipated, returned, motion })
     }
 }
 
@@ -258,19 +255,8 @@ struct Steady {
     dissipated: f64,
     /// The distance from the first state of the measured periods to the last.
     returned: f64,
-    /// The ranges of the coordinates, between steps too.
-    range: Vec<[f64; 2]>,
+    /// With the states at which coordinates turn back.
     motion: Motion,
-}
-
-impl Steady {
-    /// Whether it is some thousand roundings of the motion from which it decays.
-    fn rests(&self, whole: &Ranges) -> bool {
-        let moves = |(j, [least, most]): (usize, &[f64; 2])| {
-            most - least > OF_MAGNITUDE * whole.extent(j).max(whole.magnitude(j))
-        };
-        self.motion.is_rounding_beside(whole) && !self.range.iter().enumerate().any(moves)
-    }
 }
 
 /// The least number of states in a period between which turns are looked for. A choice.
@@ -293,8 +279,8 @@ impl<'a> Turns<'a> {
         Self { system, parts, start: start.clone(), velocity: velocity(system, start.state_ref()) }
     }
 
-    /// Extends the ranges of the coordinates to those between the last state and this one.
-    fn see(&mut self, run: &Run<f64>, h: f64, now: StateRef<'_, f64>, range: &mut [[f64; 2]]) {
+    /// Adds the states between the last one and this one to the motion.
+    fn see(&mut self, run: &Run<f64>, h: f64, now: StateRef<'_, f64>, motion: &mut Motion) {
         let mut end = self.start.clone();
         copy(now, &mut end);
         let share = |k: u32| f64::from(k) / f64::from(self.parts);
@@ -304,15 +290,13 @@ impl<'a> Turns<'a> {
             .collect();
         let mut before = (0.0, &self.start);
         for (at, after) in inner.iter().map(|(at, state)| (*at, state)).chain([(1.0, &end)]) {
+            motion.see(after.state_ref());
             let velocities = velocity(self.system, after.state_ref());
-            for (j, [least, most]) in range.iter_mut().enumerate() {
-                let mut extend = |q: f64| (*least, *most) = (least.min(q), most.max(q));
-                extend(after.q[j]);
-                if self.velocity[j] * velocities[j] < 0.0 {
-                    let distance = |state: StateRef<'_, f64>| velocity(self.system, state)[j];
-                    let ends = [before, (at, after)];
-                    extend(at_zero_in_part(run, h, distance, &self.start, ends).q[j]);
-                }
+            let turns = |&j: &usize| self.velocity[j] * velocities[j] < 0.0;
+            for j in (0..velocities.len()).filter(turns) {
+                let distance = |state: StateRef<'_, f64>| velocity(self.system, state)[j];
+                let ends = [before, (at, after)];
+                motion.see(at_zero_in_part(run, h, distance, &self.start, ends).state_ref());
             }
             (before, self.velocity) = ((at, after), velocities);
         }

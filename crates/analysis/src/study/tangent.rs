@@ -7,11 +7,11 @@
 //! A driven system has q and p of its own degrees of freedom in z. Its motors stand at the time of
 //! the step in all of these runs.
 //!
-//! Every step is taken in 106 bits. The displacement d_j is 2⁻⁵² of the size of q_j or of p_j in
-//! this step, so that the difference has a truncation error of about 2⁻⁵² and a rounding error of
-//! about 2⁻¹⁰⁶ 2⁵²: both are roundings of `f64`. The derivative is that of the method itself, of
-//! its nonlinear solver and its quadratures too, and needs no second derivative of H. It costs
-//! 2N + 1 steps.
+//! Every step is taken in 106 bits. The displacement d_j is 2⁻⁵² of the size of q_j or of p_j
+//! in this step, so that the difference has a truncation error of about 2⁻⁵² and a rounding
+//! error of about 2⁻¹⁰⁶ 2⁵²: both are roundings of `f64`. The derivative is that of the method
+//! itself, of its nonlinear solver and its quadratures too, and needs no second derivative of H.
+//! It costs 2N + 1 steps.
 //!
 //! An entry that is far smaller than the largest q, or p, may have a unit of its own, or pass 0.
 //! Its size is taken as the geometric mean of both: where it is smaller by a factor r, either error
@@ -96,7 +96,8 @@ impl Tangent {
         let mut jacobian = Mat::zeros(2 * n, 2 * n);
         let [sizes_of_q, sizes_of_p] =
             [[&state.q, &end.q], [&state.p, &end.p]].map(|ends| sizes(ends.map(|x| &x[..n])));
-        let step = Step { tangent: self, h, start: state, end: &end, sizes_of_q: &sizes_of_q };
+        let step =
+            Step { tangent: self, h, start: state, end: &end, sizes_of_q: sizes_of_q.as_deref() };
         let mut put = |j: usize, changes: &[f64]| {
             for (i, &value) in changes.iter().enumerate() {
                 if !value.is_finite() {
@@ -141,13 +142,13 @@ struct Step<'a> {
     h: Quad,
     start: &'a State<Vec<Quad>>,
     end: &'a State<Vec<Quad>>,
-    sizes_of_q: &'a Option<Vec<f64>>,
+    sizes_of_q: Option<&'a [f64]>,
 }
 
 impl Step<'_> {
     /// The size of q_j, 1 where all coordinates are 0.
     fn size_of_q(&self, j: usize) -> f64 {
-        self.sizes_of_q.as_ref().map_or(1.0, |sizes| sizes[j])
+        self.sizes_of_q.map_or(1.0, |sizes| sizes[j])
     }
 
     /// Column j of the Jacobian: the changes of the end of the step by a displacement d, over d.

@@ -10,8 +10,8 @@ use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, marked, spaced};
 use afterbay_analysis::study::bifurcation::Way;
 use afterbay_analysis::study::dynamics::DynamicsPlan;
-use afterbay_analysis::study::outcome::{COMPLETED, Ending};
-use afterbay_analysis::study::resonance::{self, AT_REST, Resonance, ResonanceRow, UNSTEADY};
+use afterbay_analysis::study::outcome::{AT_REST, COMPLETED, Ending};
+use afterbay_analysis::study::resonance::{self, Resonance, ResonanceRow, UNSTEADY};
 use afterbay_analysis::{Spacing, Variable};
 use afterbay_methods::registry::Row;
 
@@ -67,8 +67,8 @@ fn prose(plan: &DynamicsPlan<Resonance>) -> String {
     format!(
         "The steady motion at {} values of {}, once upwards and once downwards. Each begins where \
          the one before ended, or at the initial state if that came to rest or failed; {} periods \
-         pass before {} are measured. The amplitude is the largest |q| between steps, found to rounding. In a steady motion the drive supplies in a \
-         period what friction dissipates.{}",
+         pass before {} are measured. The amplitude is the largest |q| between steps, found to \
+         rounding. In a steady motion the drive supplies in a period what friction dissipates.{}",
         study.values.len(),
         study.parameter,
         study.transient,

@@ -7,19 +7,25 @@ use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::resonance::{Resonance, ResonanceRow};
 use afterbay_methods::registry::{REFERENCE, find};
 
+/// The study of a system under a drive, from this start, at values of omega.
+fn over(
+    system: &str,
+    drive: &str,
+    start: [f64; 2],
+    values: &[f64],
+    [transient, periods]: [u64; 2],
+) -> Resonance {
+    let (values, spacing) = (values.to_vec(), Spacing::Linear);
+    let (problem, parameter) = (problem(system, drive, start), "omega".into());
+    Resonance { problem, parameter, values, spacing, transient, periods }
+}
+
 /// The amplitude of an angle that turns does not grow with the time it has turned.
 #[test]
 fn the_amplitude_of_an_angle_that_turns_does_not_depend_on_its_turns() {
     let system = "name = \"custom\"\npotential = \"-cos(q1)\"\ndissipation = [\"0.2*v1\"]";
     let drive = "[drive]\nforce = [\"0.5 + cos(omega*t)\"]\nparameters = { omega = 1.0 }";
-    let study = |transient| Resonance {
-        problem: problem(system, drive, [0.0, 1.0]),
-        parameter: "omega".into(),
-        spacing: Spacing::Linear,
-        values: vec![1.0, 1.2],
-        transient,
-        periods: 4,
-    };
+    let study = |transient| over(system, drive, [0.0, 1.0], &[1.0, 1.2], [transient, 4]);
     let rows = |transient| study(transient).run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
     let (short, long) = (rows(100), rows(700));
     for (short, long) in short.iter().zip(&long) {
@@ -37,14 +43,7 @@ fn pendulum(potential: &str, force: f64, q: f64) -> Vec<ResonanceRow> {
     let drive = format!(
         "[drive]\nforce = [\"0.2*cos(omega*t) + {force}\"]\nparameters = {{ omega = 1.0 }}"
     );
-    let study = Resonance {
-        problem: problem(&system, &drive, [q, 0.0]),
-        parameter: "omega".into(),
-        spacing: Spacing::Linear,
-        values: vec![0.8, 1.2, 1.5],
-        transient: 150,
-        periods: 4,
-    };
+    let study = over(&system, &drive, [q, 0.0], &[0.8, 1.2, 1.5], [150, 4]);
     study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap()
 }
 
@@ -96,14 +95,7 @@ fn turns_before_the_steady_motion_do_not_count() {
 fn the_resonance_of_a_linear_oscillator_is_that_in_closed_form() {
     let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.3 }";
     let drive = "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 2.0, omega = 1.7 }";
-    let study = Resonance {
-        problem: problem(system, drive, [0.0, 0.0]),
-        parameter: "omega".into(),
-        values: vec![0.5, 0.9, 1.1, 2.0],
-        spacing: Spacing::Linear,
-        transient: 120,
-        periods: 2,
-    };
+    let study = over(system, drive, [0.0, 0.0], &[0.5, 0.9, 1.1, 2.0], [120, 2]);
     let found = study.run(&REFERENCE, 0.05, &Silent).unwrap();
     assert_eq!(found.len(), 8);
     for (row, &omega) in found.iter().zip(study.values.iter().cycle()) {
@@ -131,14 +123,7 @@ fn the_resonance_of_a_linear_oscillator_is_that_in_closed_form() {
 fn motion_that_does_not_repeat_is_not_steady() {
     let ueda = "name = \"duffing\"\nparameters = { alpha = 0.0, beta = 1.0, c = 0.05 }";
     let drive = "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 7.5, omega = 1.0 }";
-    let study = Resonance {
-        problem: problem(ueda, drive, [2.5, 0.0]),
-        parameter: "omega".into(),
-        values: vec![1.0],
-        spacing: Spacing::Linear,
-        transient: 50,
-        periods: 4,
-    };
+    let study = over(ueda, drive, [2.5, 0.0], &[1.0], [50, 4]);
     let found = study.run(find("increment-4").unwrap(), 0.05, &Silent).unwrap();
     assert!(found.iter().all(|row| row.outcome == "unsteady"), "{found:?}");
 }
@@ -148,14 +133,7 @@ fn motion_that_does_not_repeat_is_not_steady() {
 fn amplitudes_between_long_steps_are_seen() {
     let system = "name = \"damped-oscillator\"\nparameters = { k = 400.0, b = 5.0 }";
     let drive = "[drive]\nforce = [\"f*sin(omega*t)\"]\nparameters = { f = 400.0, omega = 1.0 }";
-    let study = Resonance {
-        problem: problem(system, drive, [0.0, 0.0]),
-        parameter: "omega".into(),
-        values: vec![7.0, 15.0, 40.0],
-        spacing: Spacing::Linear,
-        transient: 200,
-        periods: 2,
-    };
+    let study = over(system, drive, [0.0, 0.0], &[7.0, 15.0, 40.0], [200, 2]);
     for row in [&REFERENCE, find("linear-exact").unwrap()] {
         for found in study.run(row, 0.5, &Silent).unwrap() {
             let omega = found.frequency;
@@ -173,14 +151,7 @@ fn amplitudes_between_long_steps_are_seen() {
 fn a_motion_that_comes_to_rest_is_not_measured() {
     let system = "name = \"custom\"\npotential = \"1 - cos(q1)\"\ndissipation = [\"0.1*v1\"]";
     let drive = "[drive]\nforce = [\"0.5*cos(omega*t)*sin(q1)\"]\nparameters = { omega = 2.0 }";
-    let study = Resonance {
-        problem: problem(system, drive, [0.3, 0.0]),
-        parameter: "omega".into(),
-        values: vec![1.8, 2.6, 3.5, 1.85],
-        spacing: Spacing::Linear,
-        transient: 400,
-        periods: 4,
-    };
+    let study = over(system, drive, [0.3, 0.0], &[1.8, 2.6, 3.5, 1.85], [400, 4]);
     let found = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
     let outcomes = |found: &[ResonanceRow]| found.iter().map(|row| row.outcome).collect::<Vec<_>>();
     assert_eq!(
@@ -202,14 +173,7 @@ fn a_start_at_an_equilibrium_rests() {
             q * q
         );
         let drive = "[drive]\nforce = [\"f*cos(omega*t)\"]\nparameters = { f = 0.0, omega = 1.0 }";
-        let study = Resonance {
-            problem: problem(&system, drive, [q, 0.0]),
-            parameter: "omega".into(),
-            values: vec![0.7, 1.3],
-            spacing: Spacing::Linear,
-            transient: 20,
-            periods: 4,
-        };
+        let study = over(&system, drive, [q, 0.0], &[0.7, 1.3], [20, 4]);
         let found = study.run(find("rk4").unwrap(), 0.05, &Silent).unwrap();
         assert!(found.iter().all(|row| row.outcome == "at-rest"), "{q}: {found:?}");
     }
@@ -228,14 +192,7 @@ fn a_curve_that_is_stopped_ends_at_once() {
     }
     let system = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.3 }";
     let drive = "[drive]\nforce = [\"cos(omega*t)\"]\nparameters = { omega = 1e-7 }";
-    let study = Resonance {
-        problem: problem(system, drive, [0.0, 0.0]),
-        parameter: "omega".into(),
-        values: vec![1e-7],
-        spacing: Spacing::Linear,
-        transient: 200,
-        periods: 2,
-    };
+    let study = over(system, drive, [0.0, 0.0], &[1e-7], [200, 2]);
     let (row, stop) = (find("rk4").unwrap(), Stop(0.into()));
     assert_eq!(study.run(row, 0.1, &stop).unwrap(), []);
 }

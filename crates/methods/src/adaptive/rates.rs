@@ -81,8 +81,8 @@ impl<V: Vector> Rates<V> {
     /// |r| ≤ d and 0 ≤ k ≤ b c. This bound does not hold for skew friction or for concave
     /// potentials.
     ///
-    /// Where masses differ, the bounds are also computed for the variables q_i √m_i and p_i/√m_i, in
-    /// which every ∂²H/∂p_i² is 1. J has the same eigenvalues there, so that the smaller bound
+    /// If the masses differ, the bounds are computed again in the variables q_i √m_i and p_i/√m_i.
+    /// There every ∂²H/∂p_i² is 1 and J has the same eigenvalues, so that the smaller bound
     /// holds. In the variables of the system, a light mass on a soft spring beside a heavy mass on
     /// a stiff spring has the bound of a light mass on a stiff spring.
     ///

@@ -1,7 +1,7 @@
 //! Reasons why no cycle is found.
 
 use crate::ModelError;
-use crate::study::outcome::{Ending, word};
+use crate::study::outcome::{AT_REST, Ending, word};
 use crate::study::stability::MapError;
 use afterbay_core::{InputError, IntegrateError};
 use thiserror::Error;
@@ -135,7 +135,7 @@ impl CycleFailure {
             Self::Run(IntegrateError::Input(error)) => return Err(error.clone().into()),
             Self::Model(error) => return Err(error.clone().into()),
             Self::Run(error) => word(&Err::<(), _>(error.clone())),
-            Self::AtRest { .. } => "at-rest",
+            Self::AtRest { .. } => AT_REST,
             Self::NoReturn { .. } | Self::NoPeriod { .. } => "no-return",
             Self::NoPeriodInTime => "no-period-in-time",
             Self::NotConverged { .. } | Self::PeriodLost { .. } | Self::NotFinite => {

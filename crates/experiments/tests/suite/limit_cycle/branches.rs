@@ -139,9 +139,9 @@ fn a_cycle_that_loses_its_symmetry_is_a_branching() {
     close("multiplier", cycle.multipliers[0][0], 1.0, 1e-6);
 }
 
-/// Where a symmetry is lost two branches cross, and Newton's method may go over to the other one.
-/// The values are those at which the map over half a period, with the sign of (q, p) reversed, has the
-/// multiplier -1, by DOP853 of scipy at a relative tolerance of 1e-13.
+/// Two branches cross where a symmetry is lost, and Newton's method may go over to the other one.
+/// The values are those at which the map over half a period, with the sign of (q, p) reversed, has
+/// the multiplier -1, by DOP853 of scipy at a relative tolerance of 1e-13.
 #[test]
 fn the_loss_of_a_symmetry_is_located() {
     let pendulum =
@@ -190,8 +190,8 @@ fn a_branch_meets_a_pitchfork_once() {
 /// The bifurcations of n equal oscillators under one force, in this range of its amplitude.
 fn of_equal_parts(n: usize, well: f64, omega: f64, range: [f64; 2]) -> Vec<(Event, f64)> {
     let text = format!(
-        "[system]\nname = \"custom\"\npotential = \"sum(j, 1, n, q[j]^4/4 + ({well:?})*q[j]^2/2)\"\n\
-         dissipation = {:?}\n[drive]\nforce = {:?}\nparameters = {{ f = {:?} }}\n[initial]\n\
+        "[system]\nname = \"custom\"\n\
+         potential = \"sum(j, 1, n, q[j]^4/4 + ({well:?})*q[j]^2/2)\"\ndissipation = {:?}\n[drive]\nforce = {:?}\nparameters = {{ f = {:?} }}\n[initial]\n\
          q = {:?}\np = {:?}\n[time]\nend = 1.0\nstep = 0.1\n",
         (1..=n).map(|j| format!("0.3*v{j}")).collect::<Vec<_>>(),
         vec![format!("f*cos({omega:?}*t)"); n],
