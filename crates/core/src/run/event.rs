@@ -97,7 +97,8 @@ pub type TakeStep<'a> =
 /// of these. A function that crosses zero twice within one step shows no event there, unless it is
 /// beyond zero at an event of another function. A pole is no event. Nor is a jump over zero, such
 /// as that of sign x or of an angle reduced to [-π, π), unless the function is a wall: pass a
-/// function that is continuous at its zeros.
+/// function that is continuous at its zeros. Where an event changes the state, and a function that
+/// is no wall jumps over zero, as p at an impact, the event of that function follows at once.
 ///
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`InputError::Step`] if h is not positive,
@@ -200,9 +201,10 @@ fn settle(
 ) {
     for (i, (side, event)) in sides.iter_mut().zip(events).enumerate() {
         let [was, is] = [there, after].map(|state| event.value(state));
-        if was != is {
-            // The event moved this function, too.
+        if was != is && i == *happened {
             *side = Side::of(is);
+        } else if was != is {
+            side.moved(event, [was, is]);
         } else if i == *happened {
             let scale = event.value(next).abs();
             // At a wall, a motion that the event does not change is at rest and not beyond it.

@@ -274,6 +274,30 @@ fn events_at_one_time_all_happen() {
     }
 }
 
+/// The momentum of a ball has its own event at each impact, at which it jumps over zero, and at each
+/// highest point, where it is zero; in each direction once.
+#[test]
+fn a_function_that_jumps_over_zero_at_an_impact_has_an_event_there() {
+    let momentum: Function = |state| state.p[0];
+    for (h, steps) in STEPS {
+        let events = [
+            (momentum, Direction::Rising, None),
+            (first as Function, Direction::Falling, Some(0)),
+            (momentum, Direction::Falling, None),
+            (momentum, Direction::Both, None),
+        ];
+        let (outcome, found, _) = watch(&mut fall, [&[0.5], &[0.0]], (h, steps), &events);
+        outcome.expect("it runs");
+        let found: Vec<_> = found.iter().filter(|(_, t)| *t < 4.5).collect();
+        let order: Vec<_> = found.iter().map(|(i, _)| *i).collect();
+        assert_eq!(order, [1, 0, 3, 2, 3, 1, 0, 3, 2, 3], "h = {h}: {found:?}");
+        for ((_, t), exact) in found.iter().zip([1.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0, 4.0, 4.0])
+        {
+            assert!((t - exact).abs() < 1e-13, "h = {h}: {found:?}");
+        }
+    }
+}
+
 #[test]
 fn a_run_may_start_at_zero() {
     let grid = (0.3, 10);
