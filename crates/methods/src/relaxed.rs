@@ -24,11 +24,15 @@
 //! the system is. [`Relaxed::dop853`] of order 8 and [`Relaxed::verner98`] of order 9 have negative
 //! weights and are not passive.
 //!
+//! K depends on γ through f·H''f, the curvature of H along the step. Where that is small beside its
+//! terms, as on the flanks of a double well, where it changes sign, γ would be far from 1. Such a
+//! step has γ = 1, and (q, p) is moved along ∇H instead, by the size of the error of the step.
+//!
 //! A step **fails** with [`StepFailure::NoRelaxationRoot`], and leaves the state unchanged, where
-//! no γ within ½ of 1 conserves K. This happens beyond the limit of stability, which relaxation
-//! does not change (|hλ| ≈ 2.8 for rk4), and where f·H''f, the curvature of H along the step, is so
-//! small that K hardly depends on γ; for example on the flanks of a double well, where it changes
-//! sign. Systems whose V or D has kinks in t are refused: a step that ends late by its error may
+//! neither conserves K: with γ within ½ of 1, or a move of at most 1/16 of the increments. This
+//! happens beyond the limit of stability, which relaxation does not change (|hλ| ≈ 2.8 for rk4).
+//!
+//! Systems whose V or D has kinks in t are refused: a step that ends late by its error may
 //! cross one, which moves γ and the time of the state. Steps so short that they change K by
 //! roundings alone have γ = 1, and these roundings are taken from the largest Δw_j. The scalar must
 //! hold one number: there are no lanes.

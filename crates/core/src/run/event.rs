@@ -11,7 +11,7 @@ use crate::error::{InputError, IntegrateError, RunError, StepFailure};
 use crate::system::{State, StateRef};
 use first::{FirstEvent, Found, first_event};
 use own_step::{OwnStep, Rest, own_step, stepped};
-use side::Side;
+use side::{Due, Side};
 use std::ops::ControlFlow;
 
 /// The most events in one step of the grid. A ball that comes to rest by bouncing has infinitely
@@ -132,27 +132,34 @@ pub fn integrate_with_events(
             let (event, spent) = event_within(&mut *step, &own, n, events, &sides, state)?;
             effort += own.effort;
             effort += spent;
-            let found = match event {
-                FirstEvent::Event(found) if count < MOST_EVENTS => found,
-                FirstEvent::Event(_) | FirstEvent::AtOnce => {
-                    let failure = StepFailure::EventsAccumulate { count };
-                    return Err(RunError { step: n, t: from, failure }.into());
-                }
+            let accumulate = |count| {
+                let failure = StepFailure::EventsAccumulate { count };
+                IntegrateError::from(RunError { step: n, t: from, failure })
+            };
+            let mut next = match event {
+                FirstEvent::Event(found) => Some(found),
+                FirstEvent::AtOnce => return Err(accumulate(count)),
                 FirstEvent::None => {
-                    *state = own.end;
+                    state.copy(&own.end);
                     leave(&mut sides, events, state.state_ref());
-                    h = time(n) - state.t;
-                    continue;
+                    None
                 }
             };
-            count += 1;
-            *state = found.there.clone();
-            let State { q, p, w, t } = state;
-            if happen(found.event, EventState { q, p, w, t: *t }).is_break() {
-                return Ok(effort);
+            while let Some(found) = next {
+                if count == MOST_EVENTS {
+                    return Err(accumulate(count));
+                }
+                count += 1;
+                *state = found.there.clone();
+                let State { q, p, w, t } = state;
+                if happen(found.event, EventState { q, p, w, t: *t }).is_break() {
+                    return Ok(effort);
+                }
+                state.check(state.q.len())?;
+                settle(&mut sides, events, &found, [state, &own.end]);
+                let due = sides.iter().position(|side| side.due != Due::No);
+                next = due.map(|event| Found::at(event, 0.0, state.clone()));
             }
-            state.check(state.q.len())?;
-            settle(&mut sides, events, &found, [state, &own.end]);
             h = time(n) - state.t;
         }
         state.t = time(n);
@@ -201,17 +208,16 @@ fn settle(
 ) {
     for (i, (side, event)) in sides.iter_mut().zip(events).enumerate() {
         let [was, is] = [there, after].map(|state| event.value(state));
-        if was != is && i == *happened {
+        if i == *happened && (was != is || side.due == Due::Moved) {
             *side = Side::of(is);
         } else if was != is {
-            side.moved(event, [was, is]);
+            side.moved(event, [was, is], due.contains(&i));
         } else if i == *happened {
             let scale = event.value(next).abs();
             // At a wall, a motion that the event does not change is at rest and not beyond it.
             side.happen(was, scale, event.is_wall || after != there);
-        } else if side.at_zero.is_some() && due.contains(&i) {
-            // It has been on its side since, and is at zero again.
-            *side = Side { at_zero: None, turned: false, ..*side };
+        } else if due.contains(&i) {
+            *side = Side { at_zero: None, turned: false, due: Due::AtZero, ..*side };
         } else if poles.contains(&i) || side.at_zero.is_some_and(|noise| was.abs() > noise) {
             side.leave(was);
         }

@@ -61,6 +61,29 @@ fn a_pole_at_another_event_or_at_the_start_is_no_zero() {
     }
 }
 
+/// The events of a ball at an impact: of the wall, of a record of the same function, which the ball
+/// does not pass, and of the momentum, which jumps over zero. All happen, also where the run ends.
+#[test]
+fn all_events_at_an_impact_happen() {
+    let momentum: Function = |state| state.p[0];
+    let wall: Watched = (first, Direction::Falling, Some(0));
+    let record: Watched = (first, Direction::Falling, None);
+    let turn: Watched = (momentum, Direction::Rising, None);
+    for (events, order) in [
+        ([wall, record, turn], [0, 1, 2]),
+        ([record, wall, turn], [0, 1, 2]),
+        ([turn, record, wall], [1, 2, 0]),
+        ([turn, wall, record], [1, 0, 2]),
+    ] {
+        for (h, steps) in [(1.0, 1), (0.5, 2), (0.1, 10), (1.0 / 3.0, 4), (0.3, 4), (1.5, 1)] {
+            let (outcome, found, _) = watch(&mut fall, [&[0.5], &[0.0]], (h, steps), &events);
+            outcome.expect("it runs");
+            assert_eq!(found.iter().map(|event| event.0).collect::<Vec<_>>(), order, "{h}");
+            assert!(found.iter().all(|(_, t)| (t - 1.0).abs() < 1e-14), "{h}: {found:?}");
+        }
+    }
+}
+
 /// Two balls bounce at the same times, twice in a step, in the order of the list.
 #[test]
 fn balls_that_bounce_together_bounce_again_within_the_step() {

@@ -4,10 +4,11 @@ use crate::kernels::reductions::{max_norm, sum};
 use crate::runge_kutta::{P, Q, Stages, Tableau, W};
 use afterbay_core::{Effort, Scalar, State, System, Vector};
 
-/// The stages of a step and the increments d = (q, p) and e = w.
+/// The stages of a step, the number of the last one, and the increments d = (q, p) and e = w.
 #[derive(Clone, Debug)]
 pub(super) struct Direction<V: Vector> {
     stages: Stages<V>,
+    last: usize,
     pub(super) q: V,
     pub(super) p: V,
     pub(super) w: V,
@@ -16,7 +17,8 @@ pub(super) struct Direction<V: Vector> {
 impl<V: Vector> Direction<V> {
     pub(super) fn new<S: System<V::Scalar> + ?Sized>(system: &S, stages: usize) -> Self {
         let zeros = || V::zeros(system.dof());
-        Self { stages: Stages::new(system, stages), q: zeros(), p: zeros(), w: zeros() }
+        let (last, stages) = (stages - 1, Stages::new(system, stages));
+        Self { stages, last, q: zeros(), p: zeros(), w: zeros() }
     }
 
     /// Computes the first stage of a step from `state`.
@@ -37,7 +39,7 @@ impl<V: Vector> Direction<V> {
         B: Tableau,
         S: System<V::Scalar> + ?Sized,
     {
-        let Self { stages, q, p, w } = self;
+        let Self { stages, q, p, w, .. } = self;
         stages.advance::<B, S>(system, eta, state);
         stages.sum::<Q>(B::WEIGHTS, eta, q);
         stages.sum::<P>(B::WEIGHTS, eta, p);
@@ -49,7 +51,30 @@ impl<V: Vector> Direction<V> {
     pub(super) fn slope(&self) -> V::Scalar {
         let along = |slope: &V, d: &V| sum([slope.as_slice(), d.as_slice()], |[x, y]| x * y);
         let gained = sum([self.w.as_slice()], |[e]| e);
-        along(&self.stages.start, &self.q) + along(self.stages.velocity(0), &self.p) + gained
+        let [q, p] = self.start_slopes();
+        along(q, &self.q) + along(p, &self.p) + gained
+    }
+
+    /// Σ |d_j Δ∂H/∂z_j|, the absolute terms of d·H''d. Δ is the change from the first stage to the
+    /// last one, which lies at the end of the step.
+    #[inline]
+    pub(super) fn curvature_terms(&self) -> V::Scalar {
+        let terms = |d: &V, start: &V, end: &V| {
+            let parts = [d.as_slice(), start.as_slice(), end.as_slice()];
+            sum(parts, |[d, start, end]| (d * (end - start)).abs())
+        };
+        let ([q, p], [end_q, end_p]) = (self.start_slopes(), self.end_slopes());
+        terms(&self.q, q, end_q) + terms(&self.p, p, end_p)
+    }
+
+    /// ∇H at the start of the step.
+    fn start_slopes(&self) -> [&V; 2] {
+        [&self.stages.start, self.stages.velocity(0)]
+    }
+
+    /// ∇H at the last stage.
+    pub(super) fn end_slopes(&self) -> [&V; 2] {
+        [&self.stages.hq, self.stages.velocity(self.last)]
     }
 
     /// Σ (|z_j| + |d_j|) |∂H/∂z_j| + Σ (|w_j| + |e_j|) with the slopes at the start: the scale of
@@ -60,7 +85,7 @@ impl<V: Vector> Direction<V> {
             sum(parts, |[z, d, slope]| (z.abs() + d.abs()) * slope.abs())
         };
         let held = sum([state.w.as_slice(), self.w.as_slice()], |[w, e]| w.abs() + e.abs());
-        let [q, p] = [&self.stages.start, self.stages.velocity(0)];
+        let [q, p] = self.start_slopes();
         (terms(&state.q, &self.q, q) + terms(&state.p, &self.p, p) + held).to_f64()
     }
 

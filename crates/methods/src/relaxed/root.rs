@@ -1,13 +1,20 @@
-//! The relaxation parameter γ, the root of K(z0 + γ d, w0 + γ e) = K.
+//! The relaxation parameter γ, the root of K(z0 + γ d, w0 + γ e) = K, and the projection of the step
+//! where K hardly depends on γ.
 
 use super::direction::Direction;
-use crate::kernels::reductions::sum;
+use crate::adaptive::Projection;
+use crate::kernels::reductions::{max_norm, sum};
 use crate::measured_rounding::measured_rounding;
 use crate::rounding::{RESTORED_ROUNDINGS, rounding};
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
 /// The largest distance of a root from 1.
 const LARGEST_DISTANCE: f64 = 0.5;
+/// The least |dK/dγ| at γ = 1, as a share of the absolute terms of d·H''d, with which K determines
+/// γ. It is ½ if these terms have one sign. A choice.
+const LEAST_CURVATURE: f64 = 1.0 / 16.0;
+/// The longest projection, as a share of the increments of q and p. A choice.
+const LONGEST_PROJECTION: f64 = 1.0 / 16.0;
 /// The largest number of points evaluated.
 const MOST_POINTS: u32 = 12;
 /// The error of K, in roundings of its terms, at which the search for γ ends.
@@ -69,6 +76,9 @@ impl<V: Vector> Chord<V> {
             return Ok(one);
         }
         let root = self.search(system, state, direction, [now - total, total], plain, unit);
+        if root.is_none() && self.project(system, state, direction, total) {
+            return Ok(one);
+        }
         if let Some(root) =
             root.filter(|root| root.excess.to_f64().abs() <= STALLED_K_ROUNDINGS * unit)
         {
@@ -108,7 +118,8 @@ impl<V: Vector> Chord<V> {
     }
 
     /// Finds the point near 1 with the smallest error of K: first from the parabola through γ = 0,
-    /// with its slope there, and γ = 1; then by the secant method.
+    /// with its slope there, and γ = 1; then by the secant method. There is none where K hardly
+    /// depends on γ: the step would end far from the solution.
     fn search<S>(
         &mut self,
         system: &S,
@@ -126,6 +137,10 @@ impl<V: Vector> Chord<V> {
         let slope = direction.slope();
         let square = plain.excess - offset - slope;
         let derivative = slope + square + square;
+        let least = LEAST_CURVATURE * direction.curvature_terms().to_f64();
+        if derivative.to_f64().abs() < least {
+            return None;
+        }
         let Point { excess, .. } = plain;
         let four = V::Scalar::from_f64(4.0);
         let discriminant = derivative.mul_add(derivative, -(square * excess * four));
@@ -154,6 +169,35 @@ impl<V: Vector> Chord<V> {
             next = point.gamma - point.excess / secant;
         }
         Some(best)
+    }
+
+    /// Sets the new state to γ = 1 and moves (q, p) along ∇H until K is `total`, by the shortest
+    /// change relative to the increments of q and p. Returns whether that succeeds.
+    #[cold]
+    fn project<S>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+        direction: &Direction<V>,
+        total: V::Scalar,
+    ) -> bool
+    where
+        S: System<V::Scalar> + ?Sized,
+    {
+        if self.place(system, state, direction, V::Scalar::one(), total).is_err() {
+            return false;
+        }
+        let n = state.dof() - system.motors();
+        let [hq, hp] = direction.end_slopes();
+        let projection = Projection {
+            slope: [hq.as_slice(), hp.as_slice()],
+            target: total - sum([self.w.as_slice()], |[w]| w),
+            size: direction.size(state),
+            scales: [&direction.q, &direction.p].map(|part| max_norm(&part.as_slice()[..n])),
+            share: LONGEST_PROJECTION,
+        };
+        let point = [self.q.as_mut_slice(), self.p.as_mut_slice()];
+        projection.apply(system, point, &mut self.energy).is_ok()
     }
 
     /// Sets the new state to γ, and returns the error of K.

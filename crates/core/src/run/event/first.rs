@@ -35,7 +35,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    fn at(event: usize, share: f64, there: State<Vec<f64>>) -> Self {
+    pub(super) fn at(event: usize, share: f64, there: State<Vec<f64>>) -> Self {
         Self { event, share, there, poles: Vec::new(), due: Vec::new() }
     }
 }

@@ -12,23 +12,33 @@ pub(super) struct Side {
     pub(super) at_zero: Option<f64>,
     /// Whether an event changed the state there, or it is at a wall.
     pub(super) turned: bool,
-    /// Whether the event of another function moved it across zero, so that its own event is due.
-    pub(super) jumped: bool,
+    /// Whether its event is the next one, at this time.
+    pub(super) due: Due,
+}
+
+/// Why an event follows another one at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Due {
+    No,
+    /// Its function reaches zero at the same time, to rounding.
+    AtZero,
+    /// The other event moved its function away from zero, or over it.
+    Moved,
 }
 
 impl Side {
     /// The side of a value.
     pub(super) fn of(value: f64) -> Self {
         let (sign, at_zero) = if value == 0.0 { (0.0, Some(0.0)) } else { (value.signum(), None) };
-        Self { sign, at_zero, turned: false, jumped: false }
+        Self { sign, at_zero, turned: false, due: Due::No }
     }
 
-    /// Records that the event of another function moved this one between two values. If it crosses
-    /// zero in the direction of its event, it stays on its side until that event has happened.
-    pub(super) fn moved(&mut self, event: &Event<'_>, [was, is]: [f64; 2]) {
-        let was_at_zero = self.at_zero.is_some_and(|noise| was.abs() <= noise);
-        let jumped = !was_at_zero && !event.is_wall && event.direction.crosses(was, is);
-        *self = Self { jumped, ..Self::of(if jumped { was } else { is }) };
+    /// Records that the event of another function moved this one between two values. Its own event
+    /// is due if it was at zero, or crosses zero in the direction of its event.
+    pub(super) fn moved(&mut self, event: &Event<'_>, [was, is]: [f64; 2], at_zero: bool) {
+        let has_left = self.at_zero.is_none_or(|noise| was.abs() > noise);
+        let jumped = has_left && !event.is_wall && event.direction.crosses(was, is);
+        *self = Self { due: if at_zero || jumped { Due::Moved } else { Due::No }, ..Self::of(is) };
     }
 
     /// Whether a function on this side may reach zero in a step, with its values before and after
@@ -46,10 +56,6 @@ impl Side {
     /// Records an event at a zero with this value: the function is then beyond zero, or back on its
     /// side if the event `turned` it there.
     pub(super) fn happen(&mut self, value: f64, scale: f64, turned: bool) {
-        if self.jumped {
-            *self = Self::of(value);
-            return;
-        }
         let noise = match self.at_zero {
             // It has not left zero since the last event. Its value must not count as a new
             // rounding: the noise would grow from event to event, until a wall is passed.
@@ -58,7 +64,7 @@ impl Side {
         };
         let noise = noise.max(EVENT_ROUNDINGS * f64::EPSILON * scale);
         let sign = if turned { self.sign } else { -self.sign };
-        *self = Self { sign, at_zero: Some(noise), turned, jumped: false };
+        *self = Self { sign, at_zero: Some(noise), turned, due: Due::No };
     }
 
     /// Records the value at the end of a step without another event.
