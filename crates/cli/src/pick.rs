@@ -38,15 +38,18 @@ pub(crate) fn run(arguments: &PickArguments, format: Format) -> Result<ExitCode,
     let lines = winner.map(|winner| recommended::lines(&scene, winner));
     match format {
         Format::Json => {
-            let events = experiment::stops(&scene).map(|stops| stops.statement);
+            let events = [experiment::stops(&scene), experiment::longer_step(&scene, &found)];
+            let events = events.into_iter().flatten().map(|said| said.statement);
+            let events = events.reduce(|all, one| format!("{all} {one}"));
             let sweep = experiment::unswept(&scene).map(|unswept| unswept.statement);
             table::json(&Answer { found: &found, events, sweep, lines, written })?;
         }
         Format::Table => {
             print(&found, scene.problem.end)?;
-            let of_error = experiment::coarse_error(&found);
+            let of_answer =
+                [experiment::coarse_error(&found), experiment::longer_step(&scene, &found)];
             let of_scene = [experiment::stops(&scene), experiment::unswept(&scene)];
-            for said in of_error.into_iter().chain(of_scene.into_iter().flatten()) {
+            for said in of_answer.into_iter().chain(of_scene).flatten() {
                 table::text(&format!("{}: {}", said.topic, said.statement))?;
             }
             if let Some(lines) = lines {
@@ -108,7 +111,7 @@ fn write<'a>(
 struct Answer<'a> {
     #[serde(flatten)]
     found: &'a Pick,
-    /// The events that would end a run, in words; none if there is no such event.
+    /// The events that would end a run, and that the step may miss some, in words.
     events: Option<String>,
     /// The statement that the sweep is not followed; none without a sweep.
     sweep: Option<String>,

@@ -27,7 +27,7 @@ mod trajectories;
 mod work;
 
 pub use about::{stops, unswept};
-pub use pick::coarse_error;
+pub use pick::{coarse_error, longer_step};
 
 use crate::claim::{Finding, counted};
 use crate::journal::{Afresh, Ledger};

@@ -82,6 +82,7 @@ pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
         StepFailure::NotGradient { .. } | StepFailure::NotPartial { .. } => "not-gradient",
         StepFailure::TooLong { .. } => "too-long",
         StepFailure::NoRelaxationRoot { .. } => "no-relaxation-root",
+        StepFailure::NoRebound { .. } => "no-rebound",
         StepFailure::ProjectionFailed { .. } => "projection-failed",
         StepFailure::TooLarge { .. } => "too-large",
         StepFailure::Vanishes { .. } => "vanishes",

@@ -250,6 +250,18 @@ pub enum StepFailure {
         /// The change of K over the explicit step.
         excess: f64,
     },
+    /// No momentum gives the velocity of a coordinate after an impact.
+    #[error(
+        "no momentum p{} gives q{} the velocity {velocity:e} after the impact: H bounds this \
+         velocity, or it does not depend on p{}",
+        .dof + 1, .dof + 1, .dof + 1
+    )]
+    NoRebound {
+        /// The degree of freedom.
+        dof: usize,
+        /// The velocity.
+        velocity: f64,
+    },
 }
 
 /// The slope of an equation in brackets; nothing if it is not known.

@@ -18,6 +18,9 @@ const FOUND: &str = "pick";
 /// The topic of the finding on a coarse error, and the words for it.
 const COARSE: &str = "Wanted error";
 const ERROR: [&str; 2] = ["wanted error", "an absolute error"];
+/// The topic of the finding on a step in which events may be missed, and the subject of its values.
+const EVENTS: &str = "Events between steps";
+const STEPS: &str = "the step";
 /// The label of the ring around the run that is chosen.
 const CHOSEN: &str = "chosen";
 
@@ -92,6 +95,9 @@ pub(super) fn sheet(scene: &Scene, found: &Pick) -> Result<Sheet, ReportError> {
     if let Some(readings) = coarse_for(found) {
         sheet.find(COARSE, readings, too_coarse);
     }
+    if let Some(readings) = longer_for(scene, found) {
+        sheet.find(EVENTS, readings, may_miss);
+    }
     if found.interrupted {
         let model = scene.problem.model.name();
         sheet.runs.push(RunOutcome::of(&Ending::interrupted(), "pick", model, "all", scene.step));
@@ -121,6 +127,29 @@ fn coarse_for(found: &Pick) -> Option<Readings> {
     let ([q, p, _], mut readings) = (found.sizes, Readings::default());
     coarse::read(found.wanted.error, [q, p], &mut readings);
     coarse::say(ERROR, &readings).is_some().then_some(readings)
+}
+
+/// The finding that the step chosen is longer than that of the scene, so that a run may miss events;
+/// none without events.
+pub fn longer_step(scene: &Scene, found: &Pick) -> Option<Finding> {
+    longer_for(scene, found).map(|readings| Finding::new(EVENTS, readings, may_miss))
+}
+
+fn longer_for(scene: &Scene, found: &Pick) -> Option<Readings> {
+    let (run, winner) = (scene.run.as_ref()?, &found.qualified.first()?.run);
+    let is_longer = winner.tolerance.is_none() && winner.h > scene.step;
+    let steps = Readings::default().and(STEPS, "scene", scene.step).and(STEPS, "chosen", winner.h);
+    (is_longer && !run.events.is_empty()).then_some(steps)
+}
+
+fn may_miss(r: &Readings) -> Said {
+    let [scene, chosen] = ["scene", "chosen"].map(|of| r.number(STEPS, of));
+    let statement = format!(
+        "Events are looked for in each step. The step found, {chosen}, is longer than that of the \
+         scene, {scene}, and a function that crosses zero twice within it shows no event: `run` \
+         finds fewer where two are so near."
+    );
+    (Holds::Note, statement)
 }
 
 fn too_coarse(r: &Readings) -> Said {

@@ -271,3 +271,22 @@ fn a_wanted_error_above_the_size_of_a_motion_is_named() {
     );
     assert_eq!(said(0.01), None);
 }
+
+#[test]
+fn a_step_that_may_miss_events_is_named() {
+    let wanted = Wanted { error: 1e-2, at_end: true, keep_k: false, passive: false };
+    let said = |system: &str, step: f64| {
+        let task = "[run]\nmethods = [\"rk4\"]\n[run.events.top]\nof = \"p1\"\n";
+        let scene = scene(system, [1.0, 0.0], [10.0, step], task);
+        let found = pick::run(&scene.problem, wanted, &Silent).expect("a search");
+        experiment::longer_step(&scene, &found).map(|finding| finding.statement)
+    };
+    // `linear-exact` takes one step.
+    let oscillator = "name = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.1 }";
+    let missed = said(oscillator, 0.1).expect("a warning");
+    assert!(
+        missed.contains("The step found, 10, is longer than that of the scene, 0.1"),
+        "{missed}"
+    );
+    assert_eq!(said(oscillator, 10.0), None);
+}

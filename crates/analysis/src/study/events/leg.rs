@@ -9,7 +9,8 @@ use crate::study::outcome::{Ending, INTERRUPTED};
 use crate::study::trajectory::{Balance, Keep, KeptState, Legs, TrajectoryRow, of_run};
 use crate::study::trajectory::{Steps, steps_of_leg};
 use afterbay_core::{
-    Abilities, Event, EventState, Grid, IntegrateError, StateRef, Tolerance, integrate_with_events,
+    Abilities, Event, EventState, Grid, IntegrateError, RunError, StateRef, StepFailure, Tolerance,
+    integrate_with_events,
 };
 use afterbay_methods::registry::Row;
 use std::cell::Cell;
@@ -50,7 +51,8 @@ pub fn advance(
         |n: u64, state: StateRef<'_, f64>| TrajectoryRow::of(row.name, n, state, &*system, model);
     let (record, system): (Record<'_>, _) = (&record, &*system);
     let last = Cell::new(f64::NEG_INFINITY);
-    let mut events = Events { events, system, record, found, last: &last, stopped: false };
+    let mut events =
+        Events { events, system, record, found, last: &last, stopped: false, failure: None };
     let span = Span { grid, begin, every, least: steps_of_leg(&state) };
     let kept = (begin > 0 && begin.is_multiple_of(every)).then_some(state.t);
     let (piece, done, last, leg_ends) = (Piece::new(progress), begin, &last, false);
@@ -63,7 +65,11 @@ pub fn advance(
     let mut step = bound.stepper(tolerance.map(Tolerance::all), problem.end)?;
     let result =
         integrate_with_events(&mut *step, rest, &mut state, &watched, &mut happen, &mut observe);
-    let result = result.map(drop).map_err(|error| of_run(begin, error));
+    let failed = events.failure.take().map(|(t, failure)| {
+        let step = (t / h).ceil().max(1.0) as u64 - begin;
+        IntegrateError::from(RunError { step, t, failure })
+    });
+    let result = failed.map_or(result, Err).map(drop).map_err(|error| of_run(begin, error));
     let Walk { keep, balance, piece, done, kept, leg_ends, .. } = walk;
     legs.done = done;
     legs.ending = Ending::of(&result, grid.steps, done);
@@ -116,6 +122,8 @@ struct Events<'a> {
     last: &'a Cell<f64>,
     /// Whether an event has ended the run.
     stopped: bool,
+    /// The time at which a bounce failed, and the reason.
+    failure: Option<(f64, StepFailure)>,
 }
 
 impl Events<'_> {
@@ -134,7 +142,10 @@ impl Events<'_> {
             }
             Action::Bounce(j, restitution) => {
                 let before = self.system.energy(q, p);
-                rebound(self.system, q, p, j, restitution);
+                if let Err(failure) = rebound(self.system, q, p, j, restitution) {
+                    self.failure = Some((t, failure));
+                    return ControlFlow::Break(());
+                }
                 w[j] += before - self.system.energy(q, p);
                 ControlFlow::Continue(())
             }

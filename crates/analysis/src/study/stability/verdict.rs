@@ -121,6 +121,7 @@ impl Verdict {
             | StepFailure::BalanceLost { .. }
             | StepFailure::TooLong { .. }
             | StepFailure::NoRelaxationRoot { .. }
+            | StepFailure::NoRebound { .. }
             | StepFailure::ProjectionFailed { .. }
             | StepFailure::TooLarge { .. }
             | StepFailure::Vanishes { .. }
