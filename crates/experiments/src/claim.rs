@@ -198,7 +198,7 @@ pub(crate) fn deviation(drift: f64) -> String {
     if drift.is_finite() {
         format!("{drift:.0e}")
     } else {
-        "an unknown amount (H overflows)".into()
+        "an unknown amount (H overflows, or has no value there)".into()
     }
 }
 

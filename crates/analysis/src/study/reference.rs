@@ -8,11 +8,12 @@
 mod exact;
 mod runs;
 
-use super::Problem;
+use super::{Problem, method};
 use crate::Solution;
 use crate::progress::Progress;
 use crate::series;
-use afterbay_core::{InputError, IntegrateError, Quad};
+use afterbay_core::{InputError, IntegrateError, Quad, State, StateRef, Tolerance};
+use afterbay_methods::registry::Setting;
 use afterbay_systems::catalog::Expandable;
 
 /// The largest number of degrees of freedom for which a reference comes from Taylor series in 106
@@ -21,6 +22,14 @@ pub const MOST_DEGREES_IN_QUAD: usize = 16;
 
 /// The least number of strides for which a series is tried.
 const FEWEST: usize = 64;
+
+/// The tolerance of the run that shows whether a motion ends at a kink or becomes infinite, and its
+/// end, as a multiple of the time at which the series end.
+const TOLERANCE: f64 = 1e-10;
+const BEYOND: f64 = 1.001;
+/// The growth of q or p from which a motion that ends becomes infinite. A choice: the momentum of a
+/// fall into -1/r grows by 1e4 until the steps are roundings of t.
+const UNBOUNDED: f64 = 100.0;
 
 /// The reference at the times `i h`, i = 0..=count.
 pub(super) fn reference(
@@ -31,7 +40,7 @@ pub(super) fn reference(
 ) -> Result<Solution<f64>, IntegrateError> {
     if problem.model.dof() <= MOST_DEGREES_IN_QUAD {
         let found = by_series::<Quad>(problem, h, count, progress);
-        if let Some(found) = last_word(problem, found)? {
+        if let Some(found) = last_word(problem, found, progress)? {
             return Ok(found.rounded());
         }
         if let Some(found) = exact::by_exact_flow(problem, h, count, progress)? {
@@ -40,7 +49,7 @@ pub(super) fn reference(
     }
     if series::most_strides::<f64>(problem.model.dof()) >= FEWEST {
         let found = by_series::<f64>(problem, h, count, progress);
-        if let Some(found) = last_word(problem, found)? {
+        if let Some(found) = last_word(problem, found, progress)? {
             return Ok(found);
         }
     }
@@ -57,16 +66,42 @@ fn by_series<T: Expandable>(
 }
 
 /// The result of a series, unless another method may do better because the series takes too many
-/// strides or ends at a kink.
+/// strides or ends at a kink that the motion passes.
 fn last_word<T>(
     problem: &Problem,
     found: Result<Solution<T>, IntegrateError>,
+    progress: &dyn Progress,
 ) -> Result<Option<Solution<T>>, IntegrateError> {
     match found {
         Err(IntegrateError::Input(InputError::Budget { .. })) => Ok(None),
-        Err(IntegrateError::Input(InputError::SolutionEnds { .. })) if problem.has_kinks()? => {
+        Err(IntegrateError::Input(InputError::SolutionEnds { t }))
+            if problem.has_kinks()? && !is_unbounded(problem, t, progress)? =>
+        {
             Ok(None)
         }
         found => found.map(Some),
     }
+}
+
+/// Whether the motion becomes infinite at t, where its series end, as at the centre of a potential
+/// such as -1/sqrt(q1^2 + q2^2), whose root is a kink. A method that passes kinks then ends there
+/// too, and q or p has grown by [`UNBOUNDED`] since t/2.
+fn is_unbounded(
+    problem: &Problem,
+    t: f64,
+    progress: &dyn Progress,
+) -> Result<bool, IntegrateError> {
+    let run = problem.model.bind(method("adaptive-verner98")?)?;
+    let mut state: State<Vec<f64>> = problem.start()?;
+    let (mut before, mut last) = ([0.0_f64; 2], [0.0_f64; 2]);
+    let mut see = |_: u64, state: StateRef<'_, f64>| {
+        last = [state.q, state.p].map(|z| z.iter().fold(0.0, |most, z| z.abs().max(most)));
+        if state.t <= 0.5 * t {
+            before = [0, 1].map(|part| before[part].max(last[part]));
+        }
+        progress.flow()
+    };
+    let setting = Setting::Tolerance(Tolerance::all(TOLERANCE), t * BEYOND);
+    let ends = run.run(setting, &mut state, 1, &mut see).is_err();
+    Ok(ends && [0, 1].iter().any(|&part| last[part] > UNBOUNDED * before[part]))
 }

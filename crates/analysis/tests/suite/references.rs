@@ -6,11 +6,13 @@ use afterbay_analysis::progress::{Progress, Silent};
 use afterbay_analysis::study::{Problem, global_order};
 use afterbay_analysis::{Doubt, Model, Solution};
 use afterbay_core::taylor::{Pace, Sampled, follow};
-use afterbay_core::{Grid, IntegrateError, Quad, Scalar, Series, State, System, Tolerance};
+use afterbay_core::{
+    Grid, InputError, IntegrateError, Quad, Scalar, Series, State, System, Tolerance,
+};
 use afterbay_methods::registry::{Setting, find};
 use afterbay_systems::{
-    Custom, CustomDrive, DAMPED_OSCILLATOR, DUFFING, Described, Description, DissipationText,
-    DriveDescription, FPUT_CHAIN, VAN_DER_POL,
+    Custom, CustomDrive, CustomGeneral, DAMPED_OSCILLATOR, DUFFING, Described, Description,
+    DissipationText, DriveDescription, FPUT_CHAIN, GeneralDescription, VAN_DER_POL,
 };
 use proptest::prelude::*;
 use std::ops::ControlFlow;
@@ -350,4 +352,22 @@ fn a_stiff_linear_system_has_its_exact_flow() {
     // H falls from ½ to nearly 0.
     assert!((end.w[0] - 0.5).abs() < 1e-11, "{}", end.w[0]);
     assert!(doubt.most() < 1e-15, "{doubt:?}");
+}
+
+/// A relativistic particle with little angular momentum falls into the centre at t = 2.87897 (DOP853
+/// of scipy). The root has a kink there, at which other methods took over: they crossed the centre.
+#[test]
+fn a_motion_that_ends_at_a_kink_has_no_reference_beyond() {
+    let described = GeneralDescription {
+        hamiltonian: "sqrt(1 + p1^2 + p2^2) - 1/sqrt(q1^2 + q2^2)".to_owned(),
+        dissipation: DissipationText::Forces(vec!["0.01*v1".to_owned(), "0.01*v2".to_owned()]),
+        ..GeneralDescription::default()
+    };
+    let system = Described::General(CustomGeneral::new(&described).expect("a system"));
+    let problem = problem(Model::Custom(system), &[1.0, 0.0], &[0.0, 0.9], 3.0);
+    let failure = problem.solution(0.05, 60, &Silent).map(|found| found.len());
+    let Err(IntegrateError::Input(InputError::SolutionEnds { t })) = failure else {
+        panic!("{failure:?}")
+    };
+    assert!((t - 2.87897).abs() < 1e-4, "{t}");
 }

@@ -29,6 +29,8 @@ impl Table {
     pub(super) fn keys(&self, name: &str) -> Vec<String> {
         let own: Vec<&str> = match name.rsplit('/').next().unwrap_or(name) {
             "trajectory" | "energy" | "overdamped_energy" => vec!["method", "t"],
+            // The n-th event of a name in one result is compared with the n-th in the other.
+            "events" => vec!["method", "event"],
             "local_orders" => vec!["method", "variable", "statistic"],
             "global_orders" => vec!["method", "variable", "h"],
             "work_precision" => vec!["method", "tolerance", "h"],
