@@ -6,6 +6,7 @@
 //! neighbours in a row are coupled. Otherwise the 2 N unknowns are ordered a_0, b_0, a_1, ..
 
 use super::{LinearSolver, Matrix, Number, SMALL};
+use crate::kernels::reductions::all_finite;
 use afterbay_core::{Block, Curvature, InputError, Scalar};
 
 /// The number of unknowns from which a ring is solved as one. `Small`, which has pivots, takes up to
@@ -148,7 +149,7 @@ impl Derivatives {
         });
         // In a pass of its own: the system's evaluation, compiled with the lines above, took a
         // quarter longer.
-        if !self.values.iter().all(|value| value.is_finite()) {
+        if !all_finite(&self.values) {
             self.values.iter_mut().filter(|x| !x.is_finite()).for_each(|x| *x = 0.0);
         }
     }

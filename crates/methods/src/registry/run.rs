@@ -2,7 +2,7 @@
 
 use super::erased::{Erased, Place, Sampling};
 use afterbay_core::{
-    Effort, Grid, InputError, IntegrateError, Quantity, Scalar, State, StateRef, Statistics,
+    Effort, Grid, InputError, IntegrateError, Mask, Quantity, Scalar, State, StateRef, Statistics,
     Tolerance, Vector, Watch,
 };
 use std::ops::ControlFlow;
@@ -147,8 +147,8 @@ impl<T: Scalar> Run<T> {
     /// [`Run::stepper`] allocates less.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] if the method chooses its steps, the errors of [`State::check`],
-    /// and those of [`Method::step`](afterbay_core::Method::step) reported as step 1 of a run. The
+    /// [`InputError::Unsupported`] if the method chooses its steps, [`InputError::Step`] if h is not
+    /// finite, the errors of [`State::check`], and those of [`Method::step`](afterbay_core::Method::step) reported as step 1 of a run. The
     /// state is unchanged after an error.
     pub fn step<V: Vector<Scalar = T>>(
         &self,
@@ -156,6 +156,9 @@ impl<T: Scalar> Run<T> {
         state: &mut State<V>,
     ) -> Result<Effort, IntegrateError> {
         state.check(self.bound.dof())?;
+        if !h.is_finite().all() {
+            return Err(InputError::Step { h: h.to_f64() }.into());
+        }
         self.bound.step(h, Place::of(state)).map_err(|error| self.named(error))
     }
 

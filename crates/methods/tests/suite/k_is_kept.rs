@@ -51,8 +51,8 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
         | StepFailure::Vanishes { .. }
         | StepFailure::TooLarge { .. } => false,
         StepFailure::TooLong { .. } => row.name == "locally-exact",
-        // Only events cause it.
-        StepFailure::EventsAccumulate { .. } => false,
+        // Only events cause them.
+        StepFailure::EventsAccumulate { .. } | StepFailure::NoRebound { .. } => false,
         // Only the reference divides its steps.
         StepFailure::PartsAccumulate { .. } => false,
         StepFailure::NoRelaxationRoot { .. } => row.name.starts_with("relaxed"),

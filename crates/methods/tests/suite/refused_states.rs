@@ -29,6 +29,21 @@ fn a_state_of_another_length_is_refused() {
     }
 }
 
+/// Methods named physical reasons, as a singularity between q1 = 1 and NaN.
+#[test]
+fn a_step_that_is_not_finite_is_refused() {
+    for row in FIXED {
+        let system = oscillator(1.0, 0.1);
+        let Ok(run) = system.bind::<f64>(row, As::Curved) else { continue };
+        for h in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut state = State::new(vec![1.0], vec![0.5]).unwrap();
+            let outcome = run.step(h, &mut state);
+            let is_step = matches!(outcome, Err(IntegrateError::Input(InputError::Step { .. })));
+            assert!(is_step, "{}: {outcome:?}", row.name);
+        }
+    }
+}
+
 #[test]
 fn a_state_that_does_not_fit_is_refused_before_the_first_step() {
     let linear = &*oscillator(1.0, 0.1).abilities::<f64>().linear().unwrap();
