@@ -79,7 +79,23 @@ impl LongRun {
         let late = self.rows.iter().filter(|row| row.steps > last / 100);
         fit(&late.map(|row| (row.t.log10(), row.rms.log10())).collect::<Vec<_>>())
     }
+
+    /// Whether the deviation has stopped growing: the rms of the windows of the last half decade,
+    /// three at least, differ by less than [`LEVEL`]. A power of t as [`growth`](Self::growth) does
+    /// not describe it then.
+    pub fn is_level(&self) -> bool {
+        let steps = self.rows.last().map_or(0.0, |row| row.steps as f64);
+        let late = self.rows.iter().filter(|row| row.steps as f64 * 10_f64.sqrt() > steps);
+        let late: Vec<_> = late.map(|row| row.rms).collect();
+        let least = late.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = late.iter().copied().fold(0.0, f64::max);
+        late.len() > 2 && most - least < LEVEL * most
+    }
 }
+
+/// The largest difference of windows in which the deviation is level, relative to it. In half a
+/// decade √t grows by 1.8. A choice.
+const LEVEL: f64 = 0.1;
 
 /// The number of steps of the first window.
 const FIRST: u64 = 100;
@@ -249,8 +265,8 @@ mod tests {
 
     const STEPS: u64 = 100_000;
 
-    /// The growth of given deviations, sampled like those of a run.
-    fn growth(deviations: &[Vec<f64>]) -> Fit {
+    /// A long run of given deviations, sampled like those of a run.
+    fn long_run(deviations: &[Vec<f64>]) -> LongRun {
         let ends = ends(STEPS);
         let seen = |path: &Vec<f64>| {
             let begins = std::iter::once(0).chain(ends.iter().copied());
@@ -266,14 +282,22 @@ mod tests {
             (begins.zip(&ends).map(window).collect(), Ending { outcome: COMPLETED, failure: None })
         };
         let setup = Setup { row: &FIXED[0], h: 0.1, compensated: false };
-        gathered(setup, &ends, &deviations.iter().map(seen).collect::<Vec<_>>()).growth().unwrap()
+        gathered(setup, &ends, &deviations.iter().map(seen).collect::<Vec<_>>())
     }
 
     #[test]
     fn a_drift_grows_like_t() {
         let drift = (0..=STEPS).map(|step| -1e-18 * step as f64).collect();
-        let found = growth(&[drift]);
-        assert!((found.slope - 1.0).abs() < 0.01, "{found:?}");
+        let found = long_run(&[drift]);
+        let fit = found.growth().unwrap();
+        assert!((fit.slope - 1.0).abs() < 0.01 && !found.is_level(), "{fit:?}");
+    }
+
+    /// As in a motion that comes to rest.
+    #[test]
+    fn a_deviation_that_stops_growing_is_level() {
+        let share = |step: u64| 1e-9 * (1.0 - (-1e-4 * step as f64).exp());
+        assert!(long_run(&[(0..=STEPS).map(share).collect()]).is_level());
     }
 
     #[test]
@@ -293,8 +317,9 @@ mod tests {
             std::iter::once(0.0).chain(steps).collect::<Vec<_>>()
         };
         let walks: Vec<_> = (0..200).map(|_| walk()).collect();
-        let found = growth(&walks);
-        assert!((found.slope - 0.5).abs() < 0.05, "{found:?}");
+        let found = long_run(&walks);
+        let fit = found.growth().unwrap();
+        assert!((fit.slope - 0.5).abs() < 0.05 && !found.is_level(), "{fit:?}");
     }
 
     #[test]

@@ -12,6 +12,10 @@ const AGREEMENT: f64 = 0.05;
 /// The conclusion from an exponent of 0.
 const NOT_GROWING: &str = "not growing";
 
+/// The conclusion from a deviation that has grown and is level at the end, and the reading of it.
+const AT_FIRST: &str = "at first, and level at the end";
+const LEVEL: &str = "level";
+
 /// The header of a table of [`cells`].
 pub(crate) const HEADER: [&str; 7] = [
     "method and step",
@@ -67,7 +71,7 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
         run.setup.label(),
         growth.map_or(String::new(), |fit| format!("{:.2}", fit.slope)),
         growth.and_then(|fit| fit.margin).map_or(String::new(), |margin| format!("± {margin:.2}")),
-        growth.as_ref().map_or("", grows).into(),
+        growth.as_ref().map_or(String::new(), |fit| conclusion(fit, run.is_level())),
         scientific(last.map(|row| row.rms)),
         scientific(last.map(|row| row.mean)),
         run.ending.describe(),
@@ -81,6 +85,7 @@ pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
         r.and(&label, "rms", run.rows.last().map(|row| row.rms))
             .and(&label, "exponent", growth.as_ref().map(|fit| fit.slope))
             .and(&label, "margin", growth.as_ref().and_then(|fit| fit.margin))
+            .and(&label, "at the end", if run.is_level() { LEVEL } else { "" })
             .and(&label, "run", run.ending.outcome)
     })
 }
@@ -98,9 +103,20 @@ pub(crate) fn growth(r: &Readings, label: &str) -> String {
     let interval = fit.margin.map_or(String::new(), |margin| format!(" ± {margin:.2}"));
     let growing = match grows(&fit) {
         NOT_GROWING => NOT_GROWING.to_owned(),
-        how => format!("growing {how}"),
+        _ => {
+            format!("growing {}", conclusion(&fit, r.word(label, "at the end") == LEVEL))
+        }
     };
     format!("{growing} (exponent {slope:.2}{interval})")
+}
+
+/// The conclusion from an exponent and from whether the deviation is level at the end.
+fn conclusion(fit: &Fit, is_level: bool) -> String {
+    match grows(fit) {
+        NOT_GROWING => NOT_GROWING.into(),
+        _ if is_level => AT_FIRST.into(),
+        how => how.into(),
+    }
 }
 
 #[cfg(test)]
@@ -114,5 +130,14 @@ mod tests {
         assert_eq!([0.3, 0.5, 1.0].map(said), ["slower than √t", "like √t", "like t"]);
         let unsure = grows(&Fit { slope: 0.34, margin: Some(0.36), points: 9 });
         assert_eq!(unsure, "like √t, or not at all");
+    }
+
+    /// The energy of RK4 on a damped oscillator is off by what the motion had at first.
+    #[test]
+    fn a_deviation_that_has_grown_and_is_level_says_so() {
+        let fit = Fit { slope: 0.5, margin: Some(0.14), points: 8 };
+        assert_eq!(conclusion(&fit, true), "at first, and level at the end");
+        assert_eq!(conclusion(&fit, false), "like √t");
+        assert_eq!(conclusion(&Fit { slope: 0.0, ..fit }, true), NOT_GROWING);
     }
 }
