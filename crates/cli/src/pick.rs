@@ -111,7 +111,7 @@ fn write<'a>(
 struct Answer<'a> {
     #[serde(flatten)]
     found: &'a Pick,
-    /// The events that would end a run, and that the step may miss some, in words.
+    /// What the search leaves out about events, in words.
     events: Option<String>,
     /// The statement that the sweep is not followed; none without a sweep.
     sweep: Option<String>,

@@ -28,9 +28,9 @@
 //! terms, as on the flanks of a double well, where it changes sign, γ would be far from 1. Such a
 //! step has γ = 1, and (q, p) is moved along ∇H instead, by the size of the error of the step.
 //!
-//! A step **fails** with [`StepFailure::NoRelaxationRoot`], and leaves the state unchanged, where
-//! neither conserves K: with γ within ½ of 1, or a move of at most 1/16 of the increments. This
-//! happens beyond the limit of stability, which relaxation does not change (|hλ| ≈ 2.8 for rk4).
+//! A step **fails** with [`StepFailure::NoRelaxationRoot`], and leaves the state unchanged, where γ
+//! is not within ½ of 1, or the move longer than 1/16 of the increments. This happens beyond the
+//! limit of stability, which relaxation does not change (|hλ| ≈ 2.8 for rk4).
 //!
 //! Systems whose V or D has kinks in t are refused: a step that ends late by its error may
 //! cross one, which moves γ and the time of the state. Steps so short that they change K by

@@ -80,22 +80,19 @@ impl LongRun {
         fit(&late.map(|row| (row.t.log10(), row.rms.log10())).collect::<Vec<_>>())
     }
 
-    /// Whether the deviation has stopped growing: the rms of the windows of the last half decade,
-    /// three at least, differ by less than [`LEVEL`]. A power of t as [`growth`](Self::growth) does
-    /// not describe it then.
+    /// Whether the deviation has stopped growing: the rms of the last three windows differ by less
+    /// than [`LEVEL_SPREAD`]. A power of t as [`growth`](Self::growth) does not describe it then.
     pub fn is_level(&self) -> bool {
-        let steps = self.rows.last().map_or(0.0, |row| row.steps as f64);
-        let late = self.rows.iter().filter(|row| row.steps as f64 * 10_f64.sqrt() > steps);
-        let late: Vec<_> = late.map(|row| row.rms).collect();
+        let late: Vec<_> = self.rows.iter().rev().take(3).map(|row| row.rms).collect();
         let least = late.iter().copied().fold(f64::INFINITY, f64::min);
         let most = late.iter().copied().fold(0.0, f64::max);
-        late.len() > 2 && most - least < LEVEL * most
+        late.len() == 3 && most - least < LEVEL_SPREAD * most
     }
 }
 
-/// The largest difference of windows in which the deviation is level, relative to it. In half a
-/// decade √t grows by 1.8. A choice.
-const LEVEL: f64 = 0.1;
+/// The largest difference of the rms of windows in which the deviation is level, relative to the
+/// largest. From the end of the first to that of the third √t grows by 1.33 to 1.8. A choice.
+const LEVEL_SPREAD: f64 = 0.1;
 
 /// The number of steps of the first window.
 const FIRST: u64 = 100;
@@ -267,7 +264,7 @@ mod tests {
 
     /// A long run of given deviations, sampled like those of a run.
     fn long_run(deviations: &[Vec<f64>]) -> LongRun {
-        let ends = ends(STEPS);
+        let ends = ends(deviations[0].len() as u64 - 1);
         let seen = |path: &Vec<f64>| {
             let begins = std::iter::once(0).chain(ends.iter().copied());
             let window = |(begin, &end): (u64, &u64)| {
@@ -296,8 +293,10 @@ mod tests {
     /// As in a motion that comes to rest.
     #[test]
     fn a_deviation_that_stops_growing_is_level() {
-        let share = |step: u64| 1e-9 * (1.0 - (-1e-4 * step as f64).exp());
-        assert!(long_run(&[(0..=STEPS).map(share).collect()]).is_level());
+        for steps in [1000, 10_000, 20_000, STEPS] {
+            let share = |step: u64| 1e-9 * (1.0 - (-10.0 * step as f64 / steps as f64).exp());
+            assert!(long_run(&[(0..=steps).map(share).collect()]).is_level(), "{steps}");
+        }
     }
 
     #[test]

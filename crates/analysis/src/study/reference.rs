@@ -85,23 +85,26 @@ fn last_word<T>(
 
 /// Whether the motion becomes infinite at t, where its series end, as at the centre of a potential
 /// such as -1/sqrt(q1^2 + q2^2), whose root is a kink. A method that passes kinks then ends there
-/// too, and q or p has grown by [`UNBOUNDED`] since t/2.
+/// too, and a coordinate or momentum has grown by [`UNBOUNDED`] since t/2. One that grows more
+/// slowly, as log r at a centre lets p, is not seen.
 fn is_unbounded(
     problem: &Problem,
     t: f64,
     progress: &dyn Progress,
 ) -> Result<bool, IntegrateError> {
     let run = problem.model.bind(method("adaptive-verner98")?)?;
-    let mut state: State<Vec<f64>> = problem.start()?;
-    let (mut before, mut last) = ([0.0_f64; 2], [0.0_f64; 2]);
+    let (mut state, free): (State<Vec<f64>>, _) = (problem.start()?, problem.model.degrees());
+    let (mut before, mut last) = (vec![0.0_f64; 2 * free], vec![0.0; 2 * free]);
     let mut see = |_: u64, state: StateRef<'_, f64>| {
-        last = [state.q, state.p].map(|z| z.iter().fold(0.0, |most, z| z.abs().max(most)));
+        let entries = state.q[..free].iter().chain(&state.p[..free]);
+        last.iter_mut().zip(entries).for_each(|(last, z)| *last = z.abs());
         if state.t <= 0.5 * t {
-            before = [0, 1].map(|part| before[part].max(last[part]));
+            before.iter_mut().zip(&last).for_each(|(most, &last)| *most = most.max(last));
         }
         progress.flow()
     };
     let setting = Setting::Tolerance(Tolerance::all(TOLERANCE), t * BEYOND);
-    let ends = run.run(setting, &mut state, 1, &mut see).is_err();
-    Ok(ends && [0, 1].iter().any(|&part| last[part] > UNBOUNDED * before[part]))
+    let ends = matches!(run.run(setting, &mut state, 1, &mut see), Err(IntegrateError::Run(_)));
+    let mut grown = last.iter().zip(&before);
+    Ok(ends && grown.any(|(&last, &before)| before > 0.0 && last > UNBOUNDED * before))
 }

@@ -252,8 +252,8 @@ pub enum StepFailure {
     },
     /// No momentum gives the velocity of a coordinate after an impact.
     #[error(
-        "no momentum p{} gives q{} the velocity {velocity:e} after the impact: H bounds this \
-         velocity, or it does not depend on p{}",
+        "no momentum p{} was found at which q{} has the velocity {velocity:e} after the impact: H \
+         may bound this velocity, or it may not depend on p{}",
         .dof + 1, .dof + 1, .dof + 1
     )]
     NoRebound {

@@ -17,6 +17,8 @@ use std::ops::ControlFlow;
 /// The most events in one step of the grid. A ball that comes to rest by bouncing has infinitely
 /// many.
 const MOST_EVENTS: u64 = 1000;
+/// The share of a step after which a motion that leaves a wall has left it. A choice.
+const SHORT_SHARE: f64 = 1.0 / 1_048_576.0;
 /// The largest value of a function at its zero, in roundings of its values at the ends of the step.
 /// A choice.
 const EVENT_ROUNDINGS: f64 = 64.0;
@@ -157,7 +159,7 @@ pub fn integrate_with_events(
                 }
                 state.check(state.q.len())?;
                 settle(&mut sides, events, &found, [state, &own.end]);
-                let due = sides.iter().position(|side| side.due != Due::No);
+                let due = next_due(&mut *step, &own, n, events, &mut sides, state);
                 next = due.map(|event| Found::at(event, 0.0, state.clone()));
             }
             h = time(n) - state.t;
@@ -191,6 +193,34 @@ fn event_within(
     Ok((event, effort))
 }
 
+/// The next of the events that are due at this time. A wall is not if another event has turned the
+/// motion away from it, as an impact in a corner may.
+fn next_due(
+    step: TakeStep<'_>,
+    own: &OwnStep,
+    number: u64,
+    events: &[Event<'_>],
+    sides: &mut [Side],
+    state: &State<Vec<f64>>,
+) -> Option<usize> {
+    loop {
+        let i = sides.iter().position(|side| side.due != Due::No)?;
+        let (side, event) = (&mut sides[i], &events[i]);
+        if !event.is_wall {
+            return Some(i);
+        }
+        let unwatched = &mut |_: StateRef<'_, f64>| ControlFlow::Continue(());
+        let ahead = stepped(&mut *step, SHORT_SHARE * own.h, number, state, unwatched).ok();
+        let scale = event.value(&own.end).abs();
+        let noise = EVENT_ROUNDINGS * f64::EPSILON * scale + 2.0 * event.value(state).abs();
+        let leaves = |(ahead, _)| event.value(&ahead) * side.sign > noise;
+        if !ahead.is_some_and(leaves) {
+            return Some(i);
+        }
+        side.happen(event.value(state), scale, true);
+    }
+}
+
 /// Updates the sides at the end of a step without an event.
 fn leave(sides: &mut [Side], events: &[Event<'_>], state: StateRef<'_, f64>) {
     for (side, event) in sides.iter_mut().zip(events) {
@@ -211,7 +241,7 @@ fn settle(
         if i == *happened && (was != is || side.due == Due::Moved) {
             *side = Side::of(is);
         } else if was != is {
-            side.moved(event, [was, is], due.contains(&i));
+            side.moved(event, [was, is], side.due != Due::No || due.contains(&i));
         } else if i == *happened {
             let scale = event.value(next).abs();
             // At a wall, a motion that the event does not change is at rest and not beyond it.

@@ -1,7 +1,10 @@
 //! Events of several functions in one step of the grid, and poles beside them.
 
 use crate::events::{Function, STEPS, Watched, drift, fall, first, free, second, watch};
-use afterbay_core::{Direction, Effort, InputError, IntegrateError, State, Watch};
+use afterbay_core::{
+    Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, State, StateRef,
+    TakeStep, Watch, integrate_with_events,
+};
 use std::ops::ControlFlow;
 
 /// A ball that rises above 0.455 at t = 0.7 and falls below it at 1.3 in one step, with an event of
@@ -82,6 +85,84 @@ fn all_events_at_an_impact_happen() {
             assert!(found.iter().all(|(_, t)| (t - 1.0).abs() < 1e-14), "{h}: {found:?}");
         }
     }
+}
+
+/// Two impacts at one time both lower H, over the value of a stop between them; and a momentum that
+/// is at the zero of its event when it jumps has that event.
+#[test]
+fn events_that_are_due_are_not_lost_in_another_one() {
+    let energy: Function = |state| {
+        let part = |j: usize| state.q[j] + 0.5 * state.p[j] * state.p[j];
+        part(0) + part(1) - 0.8
+    };
+    let balls: TakeStep<'_> = &mut |h, state, _| {
+        for j in 0..2 {
+            state.q[j] += h * (state.p[j] - 0.5 * h);
+            state.p[j] -= h;
+        }
+        Ok(Effort::default())
+    };
+    let direction = Direction::Falling;
+    let events = [first, second, energy].map(|function| function);
+    let events: Vec<_> =
+        (0..3).map(|i| Event { function: &events[i], direction, is_wall: i < 2 }).collect();
+    let (mut found, mut seen) =
+        (Vec::new(), |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(()));
+    let mut happen = |i: usize, state: EventState<'_>| {
+        found.push(i);
+        if i < 2 {
+            state.p[i] *= -0.5;
+        }
+        ControlFlow::Continue(())
+    };
+    let mut state = State::new(vec![0.5; 2], vec![0.0; 2]).expect("finite");
+    let grid = Grid::of(0.3, 4).expect("a grid");
+    integrate_with_events(balls, grid, &mut state, &events, &mut happen, &mut seen).expect("a run");
+    assert_eq!(found, [0, 1, 2]);
+    let momentum: Function = |state| state.p[0] + 1.0;
+    let record: Watched = (first, Direction::Falling, None);
+    let wall: Watched = (first, Direction::Falling, Some(0));
+    let falls: Watched = (momentum, Direction::Falling, None);
+    let rises: Watched = (momentum, Direction::Rising, None);
+    let (outcome, found, _) =
+        watch(&mut fall, [&[0.5], &[0.0]], (0.3, 4), &[record, wall, falls, rises]);
+    outcome.expect("it runs");
+    assert_eq!(found.iter().map(|event| event.0).collect::<Vec<_>>(), [0, 1, 2]);
+}
+
+/// Two coordinates whose velocities are coupled meet their walls in a corner. The impact on the
+/// first wall turns the second one, too, so that there is no impact on its wall.
+#[test]
+fn an_impact_in_a_corner_may_turn_both_coordinates() {
+    let velocity = |p: &[f64]| [p[0] + 0.5 * p[1], 0.5 * p[0] + p[1]];
+    let step: TakeStep<'_> = &mut |h, state, _| {
+        let v = velocity(&state.p);
+        (0..2).for_each(|j| state.q[j] += h * v[j]);
+        Ok(Effort::default())
+    };
+    let [one, two]: [Function; 2] = [first, second];
+    let wall = |function| Event { function, direction: Direction::Falling, is_wall: true };
+    let mut found = Vec::new();
+    let mut happen = |i: usize, state: EventState<'_>| {
+        found.push((i, state.t));
+        let v = velocity(state.p);
+        state.p[i] -= 2.0 * v[i];
+        ControlFlow::Continue(())
+    };
+    // v = (-1, -0.1), then (1, 0.9).
+    let p = [-0.95, 0.4].map(|p| p * 4.0 / 3.0);
+    for (h, steps) in STEPS {
+        let mut state = State::new(vec![1.0, 0.1], p.to_vec()).expect("finite");
+        let grid = Grid::of(h, steps).expect("a grid");
+        let mut seen = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+        let events = [wall(&one), wall(&two)];
+        integrate_with_events(&mut *step, grid, &mut state, &events, &mut happen, &mut seen)
+            .expect("a run");
+        let late = state.t - 1.0;
+        assert!((state.q[0] - late).abs() < 1e-13 && (state.q[1] - 0.9 * late).abs() < 1e-13);
+    }
+    assert!(found.iter().all(|(i, t)| *i == 0 && (t - 1.0).abs() < 1e-14), "{found:?}");
+    assert_eq!(found.len(), STEPS.len());
 }
 
 /// Two balls bounce at the same times, twice in a step, in the order of the list.

@@ -2,7 +2,7 @@
 
 use super::coarse;
 use crate::chart::{Axis, Curve, LineChart, Style};
-use crate::claim::{Finding, Readings, Said, sci};
+use crate::claim::{Finding, Readings, Said, in_short, sci};
 use crate::record::RunOutcome;
 use crate::report::Verdict as Holds;
 use crate::scene::Scene;
@@ -143,11 +143,10 @@ fn longer_for(scene: &Scene, found: &Pick) -> Option<Readings> {
 }
 
 fn may_miss(r: &Readings) -> Said {
-    let [scene, chosen] = ["scene", "chosen"].map(|of| r.number(STEPS, of));
+    let [scene, chosen] = ["scene", "chosen"].map(|of| in_short(r.number(STEPS, of)));
     let statement = format!(
         "Events are looked for in each step. The step found, {chosen}, is longer than that of the \
-         scene, {scene}, and a function that crosses zero twice within it shows no event: `run` \
-         finds fewer where two are so near."
+         scene, {scene}: with it `run` misses a function that crosses zero twice within a step."
     );
     (Holds::Note, statement)
 }

@@ -80,12 +80,15 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
 
 /// The readings of long runs: the deviation of K at the end, its growth, and the ending of the run.
 pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
-    found.iter().fold(Readings::default().and("run", "steps", steps), |r, run| {
+    found.iter().fold(Readings::default().and("run", "steps", steps), |mut r, run| {
         let (label, growth) = (run.setup.label(), run.growth());
+        let has_grown = growth.as_ref().is_some_and(|fit| grows(fit) != NOT_GROWING);
+        if has_grown && run.is_level() {
+            r.add(&label, "at the end", LEVEL);
+        }
         r.and(&label, "rms", run.rows.last().map(|row| row.rms))
             .and(&label, "exponent", growth.as_ref().map(|fit| fit.slope))
             .and(&label, "margin", growth.as_ref().and_then(|fit| fit.margin))
-            .and(&label, "at the end", if run.is_level() { LEVEL } else { "" })
             .and(&label, "run", run.ending.outcome)
     })
 }

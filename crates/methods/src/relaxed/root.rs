@@ -154,7 +154,7 @@ impl<V: Vector> Chord<V> {
             if !near {
                 break;
             }
-            let point = self.place(system, state, direction, next, total).ok()?;
+            let Ok(point) = self.place(system, state, direction, next, total) else { break };
             let (found, least) = (point.excess.to_f64().abs(), best.excess.to_f64().abs());
             if found < least {
                 best = point;

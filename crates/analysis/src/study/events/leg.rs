@@ -65,12 +65,12 @@ pub fn advance(
     let mut step = bound.stepper(tolerance.map(Tolerance::all), problem.end)?;
     let result =
         integrate_with_events(&mut *step, rest, &mut state, &watched, &mut happen, &mut observe);
-    let failed = events.failure.take().map(|(t, failure)| {
-        let step = (t / h).ceil().max(1.0) as u64 - begin;
-        IntegrateError::from(RunError { step, t, failure })
-    });
-    let result = failed.map_or(result, Err).map(drop).map_err(|error| of_run(begin, error));
     let Walk { keep, balance, piece, done, kept, leg_ends, .. } = walk;
+    let failed = events
+        .failure
+        .take()
+        .map(|(t, failure)| IntegrateError::from(RunError { step: done + 1 - begin, t, failure }));
+    let result = failed.map_or(result, Err).map(drop).map_err(|error| of_run(begin, error));
     legs.done = done;
     legs.ending = Ending::of(&result, grid.steps, done);
     if leg_ends && result.is_ok() && !events.stopped {

@@ -12,7 +12,7 @@ pub(super) struct Side {
     pub(super) at_zero: Option<f64>,
     /// Whether an event changed the state there, or it is at a wall.
     pub(super) turned: bool,
-    /// Whether its event is the next one, at this time.
+    /// Why its event follows at this time.
     pub(super) due: Due,
 }
 
@@ -34,11 +34,12 @@ impl Side {
     }
 
     /// Records that the event of another function moved this one between two values. Its own event
-    /// is due if it was at zero, or crosses zero in the direction of its event.
-    pub(super) fn moved(&mut self, event: &Event<'_>, [was, is]: [f64; 2], at_zero: bool) {
-        let has_left = self.at_zero.is_none_or(|noise| was.abs() > noise);
+    /// is due if it was before, or if the function crosses zero in its direction.
+    pub(super) fn moved(&mut self, event: &Event<'_>, [was, is]: [f64; 2], was_due: bool) {
+        let noise = EVENT_ROUNDINGS * f64::EPSILON * is.abs();
+        let has_left = was.abs() > self.at_zero.map_or(noise, |at_zero| at_zero.max(noise));
         let jumped = has_left && !event.is_wall && event.direction.crosses(was, is);
-        *self = Self { due: if at_zero || jumped { Due::Moved } else { Due::No }, ..Self::of(is) };
+        *self = Self { due: if was_due || jumped { Due::Moved } else { Due::No }, ..Self::of(is) };
     }
 
     /// Whether a function on this side may reach zero in a step, with its values before and after
