@@ -81,7 +81,7 @@ impl LongRun {
     }
 
     /// Whether the deviation has stopped growing: the rms of the last three windows differ by less
-    /// than [`LEVEL_SPREAD`]. A power of t as [`growth`](Self::growth) does not describe it then.
+    /// than a tenth. A power of t as [`growth`](Self::growth) does not describe it then.
     pub fn is_level(&self) -> bool {
         let late: Vec<_> = self.rows.iter().rev().take(3).map(|row| row.rms).collect();
         let least = late.iter().copied().fold(f64::INFINITY, f64::min);
