@@ -93,6 +93,8 @@ mod tests {
     fn the_keys_of_a_known_table_are_those_of_its_contract() {
         let sweep = table("point,sweep_c,method,step,t,q1", "0,0.1,rk4,1,0.1,1");
         assert_eq!(sweep.keys("trajectory"), ["sweep_c", "method", "t"]);
+        let events = table("method,event,t,q1", "rk4,top,0.1,1");
+        assert_eq!(events.keys("events"), ["method", "event"]);
         let other = table("system,outcome,h,x", "duffing,completed,0.1,3");
         assert_eq!(other.keys("new"), ["system", "h"]);
     }
