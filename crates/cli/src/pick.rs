@@ -111,7 +111,7 @@ fn write<'a>(
 struct Answer<'a> {
     #[serde(flatten)]
     found: &'a Pick,
-    /// What the search leaves out about events, in words.
+    /// The events that would end a run, and those that the step found may miss, as a sentence.
     events: Option<String>,
     /// The statement that the sweep is not followed; none without a sweep.
     sweep: Option<String>,

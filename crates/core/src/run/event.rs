@@ -159,7 +159,8 @@ pub fn integrate_with_events(
                 }
                 state.check(state.q.len())?;
                 settle(&mut sides, events, &found, [state, &own.end]);
-                let due = next_due(&mut *step, &own, n, events, &mut sides, state);
+                let (due, spent) = next_due(&mut *step, &own, n, events, &mut sides, state);
+                effort += spent;
                 next = due.map(|event| Found::at(event, 0.0, state.clone()));
             }
             h = time(n) - state.t;
@@ -193,8 +194,8 @@ fn event_within(
     Ok((event, effort))
 }
 
-/// The next of the events that are due at this time. A wall is not if another event has turned the
-/// motion away from it, as an impact in a corner may.
+/// The next of the events that are due at this time, and the work to find it. An impact on a wall is
+/// not due if another event has turned the motion away from the wall, as an impact in a corner may.
 fn next_due(
     step: TakeStep<'_>,
     own: &OwnStep,
@@ -202,23 +203,27 @@ fn next_due(
     events: &[Event<'_>],
     sides: &mut [Side],
     state: &State<Vec<f64>>,
-) -> Option<usize> {
-    loop {
-        let i = sides.iter().position(|side| side.due != Due::No)?;
+) -> (Option<usize>, Effort) {
+    let mut effort = Effort::default();
+    while let Some(i) = sides.iter().position(|side| side.due != Due::No) {
         let (side, event) = (&mut sides[i], &events[i]);
         if !event.is_wall {
-            return Some(i);
+            return (Some(i), effort);
         }
         let unwatched = &mut |_: StateRef<'_, f64>| ControlFlow::Continue(());
-        let ahead = stepped(&mut *step, SHORT_SHARE * own.h, number, state, unwatched).ok();
+        let ahead = stepped(&mut *step, SHORT_SHARE * own.h, number, state, unwatched);
         let scale = event.value(&own.end).abs();
         let noise = EVENT_ROUNDINGS * f64::EPSILON * scale + 2.0 * event.value(state).abs();
-        let leaves = |(ahead, _)| event.value(&ahead) * side.sign > noise;
-        if !ahead.is_some_and(leaves) {
-            return Some(i);
+        let leaves = ahead.is_ok_and(|(ahead, spent)| {
+            effort += spent;
+            event.value(&ahead) * side.sign > noise
+        });
+        if !leaves {
+            return (Some(i), effort);
         }
         side.happen(event.value(state), scale, true);
     }
+    (None, effort)
 }
 
 /// Updates the sides at the end of a step without an event.

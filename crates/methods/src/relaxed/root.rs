@@ -171,7 +171,7 @@ impl<V: Vector> Chord<V> {
         Some(best)
     }
 
-    /// Sets the new state to γ = 1 and moves (q, p) along ∇H until K is `total`, by the shortest
+    /// Moves (q, p) from γ = 1, where the new state is, along ∇H until K is `total`, by the shortest
     /// change relative to the increments of q and p. Returns whether that succeeds.
     #[cold]
     fn project<S>(
@@ -184,9 +184,6 @@ impl<V: Vector> Chord<V> {
     where
         S: System<V::Scalar> + ?Sized,
     {
-        if self.place(system, state, direction, V::Scalar::one(), total).is_err() {
-            return false;
-        }
         let n = state.dof() - system.motors();
         let [hq, hp] = direction.end_slopes();
         let projection = Projection {

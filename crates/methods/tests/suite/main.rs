@@ -65,6 +65,7 @@ mod planes;
 mod reference_kinks;
 mod refused_states;
 mod relaxed;
+mod relaxed_curvature;
 mod relaxed_short_steps;
 mod rest;
 mod rubbed;

@@ -44,7 +44,7 @@ pub(super) fn rebound(
     if off(-restitution * start).abs() <= met {
         return Ok(());
     }
-    // Where p is 0, a unit mass gives the scale.
+    // If p is 0, the search starts from the impulse of a unit mass.
     let momentum = if start == 0.0 { before.abs() } else { start.abs() };
     let whole = -before.signum() * (1.0 + restitution) * momentum;
     let (mut last, mut last_off) = (start, off(start));
