@@ -1,8 +1,7 @@
 //! The project's methods with step size control on a scene, at given tolerances.
 
 use super::Scene;
-use super::measure::{Line, Run, Setting, Spent};
-use super::ours::write;
+use super::measure::{Line, Run, Setting, Spent, write};
 use afterbay_core::{InputError, State, Tolerance, Vector};
 use afterbay_methods::registry::{self, ADAPTIVE, Row};
 use std::ops::ControlFlow;

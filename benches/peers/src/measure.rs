@@ -1,7 +1,7 @@
 //! The measurement of the cost and the error of runs.
 
 use super::Scene;
-use afterbay_core::Passive;
+use afterbay_core::{Passive, StateRef};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -11,6 +11,13 @@ pub type Watch<'a> = &'a mut dyn FnMut(&[f64]);
 /// Integrates a scene to its end and writes y = (q, p, w) there. Accepted steps are shown to the
 /// watcher, if there is one; otherwise no output is stored.
 pub type Run = Box<dyn Fn(&mut [f64], Option<Watch<'_>>) -> Result<Spent, String>>;
+
+/// Writes y = (q, p, w).
+pub(crate) fn write(StateRef { q, p, w, .. }: StateRef<'_, f64>, y: &mut [f64]) {
+    for (to, from) in y.chunks_exact_mut(q.len()).zip([q, p, w]) {
+        to.copy_from_slice(from);
+    }
+}
 
 /// The work of a run.
 #[derive(Clone, Copy, Debug, Default)]

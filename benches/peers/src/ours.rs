@@ -1,7 +1,7 @@
 //! The project's methods with fixed steps. To add one, add its name to `FIXED`, or a [`Line`] to
 //! [`lines`].
 
-use super::measure::{Line, Run, Setting, Spent, Watch};
+use super::measure::{Line, Run, Setting, Spent, Watch, write};
 use super::{Scene, adaptive};
 use afterbay_core::{Effort, Grid, InputError, IntegrateError, State, StateRef, Vector};
 use afterbay_methods::registry::{self, Order, Row};
@@ -118,10 +118,4 @@ fn carry<V: Vector<Scalar = f64>>(
         ControlFlow::Continue(())
     })?;
     Ok(done.effort)
-}
-
-pub(crate) fn write(StateRef { q, p, w, .. }: StateRef<'_, f64>, y: &mut [f64]) {
-    for (to, from) in y.chunks_exact_mut(q.len()).zip([q, p, w]) {
-        to.copy_from_slice(from);
-    }
 }

@@ -3,10 +3,11 @@
 use super::Scene;
 use super::measure::Row;
 use super::ratios::{self, Part};
+use afterbay_experiments::artifact::Artifact;
 use afterbay_experiments::chart::{Axis, Curve, LineChart, Panels, Style};
-use afterbay_experiments::record::{
-    Artifact, Files, Manifest, Output, RunOutcome, StorageError, processor,
-};
+use afterbay_experiments::data::Files;
+use afterbay_experiments::manifest::{Manifest, RunOutcome, processor};
+use afterbay_experiments::record::{Output, StorageError};
 use afterbay_experiments::report::{Block, Figure, Report, Section, Table};
 use std::path::Path;
 

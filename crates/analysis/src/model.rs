@@ -5,7 +5,8 @@ mod periods;
 mod serialize;
 
 use afterbay_core::{Drive, InputError, Motors, Passive};
-use afterbay_systems::catalog::{Parameter, SystemRow};
+use afterbay_systems::Parameter;
+use afterbay_systems::catalog::SystemRow;
 use afterbay_systems::{CustomDrive, CustomError, Described, whole_multiples};
 use thiserror::Error;
 

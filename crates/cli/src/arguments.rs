@@ -2,8 +2,8 @@
 
 use crate::exit_code;
 use afterbay_experiments::data::DataFormat;
+use afterbay_experiments::data::Files;
 use afterbay_experiments::journal::Shard;
-use afterbay_experiments::record::Files;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;

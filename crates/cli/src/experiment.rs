@@ -5,9 +5,11 @@ use crate::bars::Bars;
 use crate::failure::{Failure, code_of_results};
 use crate::{incomplete, interrupt, scene, shard, table};
 use afterbay_analysis::study::outcome::COMPLETED;
+use afterbay_experiments::data::Files;
 use afterbay_experiments::experiment::{Cells, Results};
 use afterbay_experiments::journal::{Journal, Shard, Start, other_scene};
-use afterbay_experiments::record::{self, Files, RunOutcome};
+use afterbay_experiments::manifest::RunOutcome;
+use afterbay_experiments::record;
 use afterbay_experiments::report::Verdict;
 use afterbay_experiments::scene::{Scene, SceneError, SceneProblem, Task};
 use afterbay_experiments::{Finding, experiment};
@@ -129,5 +131,6 @@ pub(crate) fn print(findings: &[Finding], runs: &[RunOutcome], out: &Path) -> Re
         table::text(&format!("{mark}{}: {}", finding.topic, finding.statement))?;
     }
     incomplete::print(runs, out)?;
-    table::text(&format!("Report: {}", out.join("report.html").display()))
+    table::text(&format!("Report: {}", out.join("report.html").display()))?;
+    Ok(())
 }

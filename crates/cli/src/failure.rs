@@ -2,6 +2,7 @@
 
 use crate::exit_code::{FAILED, SCENE, STORAGE, USAGE};
 use crate::printable::Printable;
+use crate::table::Unprinted;
 use crate::{interrupt, table};
 use afterbay_experiments::ReportError;
 use afterbay_experiments::compare::CompareError;
@@ -146,7 +147,9 @@ impl Failure {
     /// Prints the message on stderr, and returns the exit code.
     pub(crate) fn tell(&self) -> ExitCode {
         let code = self.exit_code();
-        let message = miette::Report::new(Printable::new(&self.diagnostic));
+        let text =
+            if let Trouble::Scene { text, .. } = &*self.diagnostic { Some(text) } else { None };
+        let message = miette::Report::new(Printable::new(&*self.diagnostic, text));
         table::message(&format!("{message:?}"));
         code
     }
@@ -157,11 +160,6 @@ impl Failure {
 
     pub(crate) fn storage(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::new(Trouble::Storage(in_one(&error)), STORAGE)
-    }
-
-    /// Output that could not be printed.
-    pub(crate) fn stdout(error: std::io::Error) -> Self {
-        Self::new(Trouble::Stdout(error), STORAGE)
     }
 
     pub(crate) fn taken(folder: &Path, hash: &str) -> Self {
@@ -279,6 +277,12 @@ fn around<'a>(text: &'a str, span: &Range<usize>) -> &'a str {
     let after = text.get(span.end..).unwrap_or_default();
     let end = after.match_indices('\n').nth(1).map_or(text.len(), |(at, _)| span.end + at);
     text.get(start..end).unwrap_or_default()
+}
+
+impl From<Unprinted> for Failure {
+    fn from(Unprinted(error): Unprinted) -> Self {
+        Self::new(Trouble::Stdout(error), STORAGE)
+    }
 }
 
 impl From<ReportError> for Failure {

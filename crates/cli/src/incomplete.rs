@@ -4,7 +4,7 @@
 use crate::failure::Failure;
 use crate::table::{self, Column};
 use afterbay_experiments::in_short;
-use afterbay_experiments::record::{Alike, RunOutcome};
+use afterbay_experiments::manifest::{Alike, RunOutcome};
 use std::path::Path;
 
 /// Prints the runs that did not complete. `out` is the folder of the results.

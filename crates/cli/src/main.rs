@@ -54,12 +54,14 @@ fn main() -> ExitCode {
         Command::Cite { scene } => cite::run(&scene, format),
         Command::Compare(arguments) => compare::run(&arguments, format),
         Command::Schema => {
-            table::json(&afterbay_experiments::scene::schema()).map(|()| ExitCode::SUCCESS)
+            table::json(&afterbay_experiments::scene::schema())?;
+            Ok(ExitCode::SUCCESS)
         }
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "afterbay", &mut script);
-            table::bytes(&script).map(|()| ExitCode::SUCCESS)
+            table::bytes(&script)?;
+            Ok(ExitCode::SUCCESS)
         }
         Command::List { what } => list::run(what, format),
     });

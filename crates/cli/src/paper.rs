@@ -5,8 +5,9 @@ use crate::bars::Bars;
 use crate::failure::Failure;
 use crate::table::Column;
 use crate::{interrupt, table};
+use afterbay_experiments::data::Files;
 use afterbay_experiments::paper::{self, Extent};
-use afterbay_experiments::record::{self, Files, Held};
+use afterbay_experiments::record::{self, Held};
 use std::path::Path;
 use std::process::ExitCode;
 

@@ -146,10 +146,11 @@ fn print(found: &Pick, end: f64) -> Result<(), Failure> {
     for other in found.others.iter().take(NEAREST).skip(named) {
         table::text(&format!("{} does not qualify: {}.", other.run.method, why_not(other)))?;
     }
-    match found.qualified.len().saturating_sub(SHOWN) {
-        0 => Ok(()),
-        more => table::text(&format!("{more} more qualify; --format json shows all.")),
+    let more = found.qualified.len().saturating_sub(SHOWN);
+    if more > 0 {
+        table::text(&format!("{more} more qualify; --format json shows all."))?;
     }
+    Ok(())
 }
 
 /// The result of the search in sentences, with the accuracy to which it is known.

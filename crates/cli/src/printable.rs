@@ -1,6 +1,5 @@
 //! Texts without control characters, which a terminal would obey.
 
-use crate::failure::Trouble;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use std::borrow::Cow;
 use std::error::Error;
@@ -56,13 +55,10 @@ impl Message {
 }
 
 impl Printable {
-    pub(crate) fn new(trouble: &Trouble) -> Self {
-        let text = match trouble {
-            Trouble::Scene { text, .. } => {
-                Some(NamedSource::new(printable(text.name()), in_place(text.inner())))
-            }
-            _ => None,
-        };
+    /// A failure and the text in which its labels have their places.
+    pub(crate) fn new(trouble: &impl Diagnostic, text: Option<&NamedSource<String>>) -> Self {
+        let text =
+            text.map(|text| NamedSource::new(printable(text.name()), in_place(text.inner())));
         let help = trouble.help().map(|help| printable(&help.to_string()).into_owned());
         let labels = trouble.labels().into_iter().flatten().collect();
         Self { message: Message::of(trouble), help, labels, text }

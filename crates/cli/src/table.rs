@@ -1,6 +1,5 @@
 //! Text, tables and JSON on stdout, as wide as the terminal, and messages on stderr.
 
-use crate::failure::Failure;
 use crate::printable::printable;
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, Width, presets};
 use serde::Serialize;
@@ -11,6 +10,10 @@ use textwrap::{Options, WordSeparator, WordSplitter};
 const PIPE: usize = 120;
 /// The widths that `COLUMNS` may set.
 const WIDTHS: std::ops::RangeInclusive<usize> = 40..=1000;
+
+/// Output that could not be printed.
+#[derive(Debug)]
+pub(crate) struct Unprinted(pub(crate) io::Error);
 
 /// A column of a table.
 pub(crate) struct Column {
@@ -66,7 +69,7 @@ pub(crate) fn width() -> usize {
 pub(crate) fn print(
     columns: &[Column],
     rows: impl IntoIterator<Item = Vec<String>>,
-) -> Result<(), Failure> {
+) -> Result<(), Unprinted> {
     let (width, rows): (_, Vec<_>) = (width(), rows.into_iter().collect());
     let cells = |i: usize| rows.iter().filter_map(move |row| row.get(i)).map(String::as_str);
     let least: Vec<_> = columns.iter().enumerate().map(|(i, x)| x.least(cells(i))).collect();
@@ -108,7 +111,7 @@ pub(crate) fn print(
 }
 
 /// Prints a paragraph, wrapped between words. Names, paths, and what stands beside `=` stay whole.
-pub(crate) fn text(text: &str) -> Result<(), Failure> {
+pub(crate) fn text(text: &str) -> Result<(), Unprinted> {
     let options = Options::new(width())
         .subsequent_indent("  ")
         .break_words(false)
@@ -119,19 +122,19 @@ pub(crate) fn text(text: &str) -> Result<(), Failure> {
 }
 
 /// Prints JSON.
-pub(crate) fn json(value: &impl Serialize) -> Result<(), Failure> {
+pub(crate) fn json(value: &impl Serialize) -> Result<(), Unprinted> {
     let mut out = BufWriter::new(io::stdout().lock());
     let written = serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from);
     not_closed(written.and_then(|()| writeln!(out)).and_then(|()| out.flush()))
 }
 
 /// Prints lines, with control characters as escapes.
-pub(crate) fn line(text: &str) -> Result<(), Failure> {
+pub(crate) fn line(text: &str) -> Result<(), Unprinted> {
     not_closed(writeln!(io::stdout(), "{}", printable(text)))
 }
 
 /// Prints bytes as they are.
-pub(crate) fn bytes(bytes: &[u8]) -> Result<(), Failure> {
+pub(crate) fn bytes(bytes: &[u8]) -> Result<(), Unprinted> {
     let mut out = io::stdout().lock();
     not_closed(out.write_all(bytes).and_then(|()| out.flush()))
 }
@@ -142,9 +145,9 @@ pub(crate) fn message(text: &str) {
 }
 
 /// A closed pipe is not an error.
-fn not_closed(written: io::Result<()>) -> Result<(), Failure> {
+fn not_closed(written: io::Result<()>) -> Result<(), Unprinted> {
     match written {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::stdout(error)),
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Unprinted(error)),
         _ => Ok(()),
     }
 }

@@ -6,6 +6,7 @@
 //! colour-blind readers, and legends that never cover the data.
 
 mod axis;
+mod curve;
 mod dots;
 mod drawing;
 mod frame;
@@ -17,8 +18,9 @@ mod panels;
 mod thin;
 
 pub use axis::{Axis, Scale};
+pub use curve::{Curve, Style};
 pub use drawing::Drawing;
 pub use heat::{Cells, HeatMap};
-pub use line::{Curve, LineChart, Style};
+pub use line::LineChart;
 pub(crate) use panels::dwarf;
 pub use panels::{Maps, Panels, coincide};

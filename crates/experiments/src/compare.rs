@@ -14,7 +14,8 @@ pub use scenes::Difference;
 
 use crate::claim::Finding;
 use crate::data::DataError;
-use crate::record::{Manifest, Output, processor};
+use crate::manifest::{Manifest, processor};
+use crate::record::Output;
 use crate::report::{Block, Report, Section};
 use crate::sheet::{Gathered, Placed, ReportError, Sheet, scientific, table};
 use charts::Drawn;

@@ -5,48 +5,21 @@
 //! translations of it.
 
 mod column;
+mod format;
 mod read;
 mod write;
 
 pub use afterbay_analysis::columns::Kind;
 pub use column::Column;
+pub use format::{DataFormat, Files};
 pub(crate) use read::read;
 pub(crate) use write::write;
 
-use crate::record::Manifest;
+use crate::manifest::Manifest;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-
-/// The format of the tables in `data/`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DataFormat {
-    /// Comma-separated values. Missing values are empty.
-    #[default]
-    Csv,
-    /// A two-dimensional NumPy array of f64, a row of the table in each of its rows. Words are
-    /// numbers that count the `words` of the column in the sidecar from 0; missing values are NaN.
-    Npy,
-    /// A JSON object a line, under the names of the columns. Missing values are null, and numbers
-    /// that are not finite are strings such as `inf`.
-    Jsonl,
-}
-
-impl DataFormat {
-    /// All formats.
-    pub const ALL: [Self; 3] = [Self::Csv, Self::Npy, Self::Jsonl];
-
-    /// The extension of its files.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Npy => "npy",
-            Self::Jsonl => "jsonl",
-        }
-    }
-}
 
 /// The description of a table in `data/NAME.csv`, written beside it as `data/NAME.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -31,7 +31,8 @@ pub use pick::{coarse_error, longer_step};
 
 use crate::claim::{Finding, counted};
 use crate::journal::{Afresh, Ledger};
-use crate::record::{Manifest, Output, RunOutcome, processor};
+use crate::manifest::{Manifest, RunOutcome, processor};
+use crate::record::Output;
 use crate::report::Report;
 use crate::scene::{Scene, Studies, Task};
 use crate::sheet::{Gathered, ReportError, Sheet};

@@ -6,6 +6,7 @@
 //! the paper's experiment, [`compare`] joins the results of two runs, and [`record`] writes all
 //! results to files.
 
+pub mod artifact;
 pub mod chart;
 pub mod claim;
 pub mod compare;
@@ -13,6 +14,7 @@ pub mod data;
 pub mod experiment;
 mod findings;
 pub mod journal;
+pub mod manifest;
 pub mod paper;
 pub mod record;
 pub mod report;

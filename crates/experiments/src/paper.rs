@@ -16,7 +16,8 @@ mod stability;
 pub(crate) mod work;
 
 use crate::claim::{Finding, counted};
-use crate::record::{Manifest, Output, RunOutcome, processor};
+use crate::manifest::{Manifest, RunOutcome, processor};
+use crate::record::Output;
 use crate::report::{Block, Report, Section};
 use crate::scene::suggestion;
 use crate::sheet::{Gathered, ReportError, Sheet};

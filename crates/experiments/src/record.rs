@@ -3,153 +3,26 @@
 mod files;
 mod foreign;
 mod held;
-mod outcome;
 mod removal;
 
 pub use files::writable;
 pub(crate) use files::{remove_abandoned, temporary};
 pub use held::Held;
-pub use outcome::{Alike, RunOutcome};
 pub(crate) use removal::remove;
 
-use crate::chart::Drawing;
-use crate::data::{self, DataError, DataFormat};
+use crate::artifact::{Artifact, TableError};
+use crate::data::{self, DataError, DataFormat, Files};
+use crate::manifest::Manifest;
 use crate::report::Report;
-use afterbay_analysis::rows::RowsFile;
 use files::{write_by, write_whole};
 use foreign::foreign;
 use rayon::prelude::*;
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{self, BufWriter, Read};
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-
-/// The kinds of files that are written.
-#[derive(Clone, Copy, Debug)]
-pub struct Files {
-    /// The format of tables.
-    pub tables: DataFormat,
-    /// Whether each chart is written as a PNG file too, beside the SVG.
-    pub png: bool,
-}
-
-impl Default for Files {
-    /// Tables as CSV, and PNG files.
-    fn default() -> Self {
-        Self { tables: DataFormat::Csv, png: true }
-    }
-}
-
-/// A file of the output, named relative to its folder.
-#[derive(Clone, Debug, Default)]
-pub struct Artifact {
-    /// `data/local_orders.csv`, `figures/figure-3-1.svg`, ...
-    pub name: String,
-    /// The contents; of a long table, their beginning.
-    pub text: String,
-    /// The other rows of a long table.
-    pub rows: Vec<RowsFile>,
-    /// The chart of an SVG file, from which the PNG file beside it is drawn.
-    pub picture: Option<Drawing>,
-}
-
-impl Artifact {
-    /// A table. Floats are printed as the shortest text that reads back the same; missing values
-    /// are empty.
-    ///
-    /// # Errors
-    /// [`StorageError::Table`] if a row cannot be serialized as CSV.
-    pub fn table<R: Serialize>(name: impl Into<String>, rows: &[R]) -> Result<Self, StorageError> {
-        Self::written(name, rows, csv::Writer::from_writer(Vec::new()))
-    }
-
-    /// A table whose number of columns depends on the number of degrees of freedom. Rows contain
-    /// vectors, and the header names each entry.
-    ///
-    /// # Errors
-    /// [`StorageError::Table`] if a row cannot be serialized as CSV or differs from the header in
-    /// length.
-    pub fn wide_table<R: Serialize>(
-        name: impl Into<String>,
-        header: &[String],
-        rows: &[R],
-    ) -> Result<Self, StorageError> {
-        let name = name.into();
-        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-        match writer.write_record(header) {
-            Ok(()) => Self::written(name, rows, writer),
-            Err(source) => Err(StorageError::Table { name, source }),
-        }
-    }
-
-    fn written<R: Serialize>(
-        name: impl Into<String>,
-        rows: &[R],
-        mut writer: csv::Writer<Vec<u8>>,
-    ) -> Result<Self, StorageError> {
-        let name = name.into();
-        let write = || -> Result<String, csv::Error> {
-            rows.iter().try_for_each(|row| writer.serialize(row))?;
-            let bytes = writer.into_inner().map_err(csv::IntoInnerError::into_error)?;
-            Ok(String::from_utf8_lossy(&bytes).into_owned())
-        };
-        match write() {
-            Ok(text) => Ok(Self { name, text, ..Self::default() }),
-            Err(source) => Err(StorageError::Table { name, source }),
-        }
-    }
-}
-
-impl Artifact {
-    /// Reads the contents, whether or not they are in memory.
-    ///
-    /// # Errors
-    /// A file of rows that cannot be opened.
-    pub fn open(&self) -> io::Result<impl Read + '_> {
-        let mut rows: Box<dyn Read + '_> = Box::new(io::empty());
-        for more in &self.rows {
-            rows = Box::new(rows.chain(more.open()?));
-        }
-        Ok(self.text.as_bytes().chain(rows))
-    }
-}
-
-/// The origin of the output: the data that reproduce it, and the machine on which it was made.
-#[derive(Clone, Debug, Serialize)]
-pub struct Manifest {
-    /// Version of afterbay.
-    pub version: &'static str,
-    /// The command.
-    pub command: &'static str,
-    /// The scene that was run, with defaults filled in.
-    pub scene: serde_json::Value,
-    /// SHA-256 of the scene.
-    pub hash: String,
-    /// The processor.
-    pub cpu: String,
-    /// The number of threads.
-    pub threads: usize,
-    /// The outcome of every run.
-    pub runs: Vec<RunOutcome>,
-}
-
-impl Manifest {
-    /// The manifest of `scene`, run by `command` on this machine.
-    pub fn new(command: &'static str, scene: serde_json::Value, runs: Vec<RunOutcome>) -> Self {
-        Self {
-            version: env!("CARGO_PKG_VERSION"),
-            command,
-            hash: hash_of(&scene),
-            scene,
-            cpu: processor(),
-            threads: rayon::current_num_threads(),
-            runs,
-        }
-    }
-}
 
 /// The contents of `run.json`.
 #[derive(Serialize)]
@@ -158,22 +31,6 @@ struct Record<'a> {
     manifest: &'a Manifest,
     /// The figures of all commands on this scene, as they are removed with its results.
     figures: BTreeSet<String>,
-}
-
-/// SHA-256 of a scene.
-pub(crate) fn hash_of(scene: &serde_json::Value) -> String {
-    let hash = Sha256::digest(scene.to_string().as_bytes());
-    hash.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// The name of the processor where the operating system gives it, else its architecture.
-pub fn processor() -> String {
-    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = told
-        .lines()
-        .find(|line| line.starts_with("model name"))
-        .and_then(|line| line.split(": ").nth(1));
-    name.unwrap_or(std::env::consts::ARCH).to_owned()
 }
 
 /// All results of a command.
@@ -329,13 +186,8 @@ pub enum StorageError {
         why: String,
     },
     /// A row could not be serialized as CSV.
-    #[error("cannot write the table {name}: {source}")]
-    Table {
-        /// The table.
-        name: String,
-        /// The cause.
-        source: csv::Error,
-    },
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A table could not be translated to its format.
     #[error("cannot write the table {name}: {source}")]
     Translation {

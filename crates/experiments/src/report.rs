@@ -1,7 +1,6 @@
 //! A report as one self-contained HTML file: text, verdicts, tables and figures.
 
-use crate::data::DataFormat;
-use crate::record::Files;
+use crate::data::{DataFormat, Files};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 

@@ -30,7 +30,7 @@ pub use sweep::Sweep;
 pub use task::Task;
 
 use crate::UnitsTable;
-use crate::record::hash_of;
+use crate::manifest::hash_of;
 use afterbay_analysis::study::Problem;
 use afterbay_core::{Grid, Quantity, Scalar, State};
 use afterbay_methods::registry::Row;

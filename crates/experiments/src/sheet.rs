@@ -1,9 +1,11 @@
 //! A section of a report under construction.
 
+use crate::artifact::{Artifact, TableError};
 use crate::chart::{Axis, Curve, Drawing, LineChart, Style};
 use crate::claim::{Finding, Readings, Said, fixed, sci};
 use crate::journal::JournalError;
-use crate::record::{Artifact, RunOutcome, StorageError};
+use crate::manifest::RunOutcome;
+use crate::record::StorageError;
 use crate::report::{Block, Figure, Section, Table, Verdict};
 use afterbay_analysis::Spacing;
 use afterbay_analysis::measured::{Measured, RESOLVED};
@@ -44,6 +46,12 @@ impl ReportError {
     /// Whether the user stopped the computation.
     pub fn is_interrupted(&self) -> bool {
         matches!(self, Self::Study(IntegrateError::Interrupted))
+    }
+}
+
+impl From<TableError> for ReportError {
+    fn from(error: TableError) -> Self {
+        Self::Storage(error.into())
     }
 }
 

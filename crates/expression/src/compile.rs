@@ -2,13 +2,45 @@
 //! is reused once its value is no longer needed.
 
 use crate::graph::{Graph, Kinds, Node, Term};
-use crate::program::{Instruction, Program, REGISTERS, Register, TooManyRegisters};
+use crate::program::{Instruction, Program, REGISTERS, Register, SMALL, TooManyRegisters};
 use std::collections::{HashMap, HashSet};
 
-/// The number of registers of a small program.
-pub(super) const SMALL: usize = 16;
 /// The largest number of inputs that are all loaded at the start of a run.
 const PRELOADED: usize = 8;
+
+impl Program {
+    /// The program of a few results, which [`Program::results`] reads at the end of a run.
+    ///
+    /// # Errors
+    /// [`TooManyRegisters`]
+    pub fn new(graph: &Graph, results: &[Node]) -> Result<Self, TooManyRegisters> {
+        compile(graph, results, &[])
+    }
+
+    /// Programs of many results, each with an index. [`Program::run`] passes a result on as soon as
+    /// it is computed. Results that need too many registers together are spread over several
+    /// programs. There is no program of no results.
+    ///
+    /// # Errors
+    /// [`TooManyRegisters`], if a single result needs more than there are.
+    pub fn many(graph: &Graph, results: &[(u32, Node)]) -> Result<Vec<Self>, TooManyRegisters> {
+        let (mut programs, mut stack) = (Vec::new(), Vec::new());
+        if !results.is_empty() {
+            stack.push(results);
+        }
+        while let Some(part) = stack.pop() {
+            match compile(graph, &[], part) {
+                Ok(program) => programs.push(program),
+                Err(TooManyRegisters) if part.len() > 1 => {
+                    let (first, second) = part.split_at(part.len() / 2);
+                    stack.extend([second, first]);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(programs)
+    }
+}
 
 /// A pending instruction: a term, or a product with the sum it enters.
 #[derive(Clone, Copy)]
@@ -80,7 +112,7 @@ struct Compiler<'a> {
 /// A small program computes operands in the order of the text, which was measured to be faster. A
 /// large one first computes the operand that takes most registers, so that few registers are in
 /// use.
-pub(super) fn compile(
+fn compile(
     graph: &Graph,
     results: &[Node],
     given: &[(u32, Node)],

@@ -58,6 +58,7 @@
 //! A text has at most 65,536 bytes and 256 nested parentheses, a program 1024 values at a time,
 //! an index at most [`MOST_DEGREES`]. Beyond them there is an error, never a panic.
 
+mod call;
 mod compile;
 mod derivative;
 mod function;

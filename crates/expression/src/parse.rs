@@ -40,6 +40,8 @@ const LONGEST: usize = 1 << 16;
 const DEEPEST: usize = 256;
 /// The most bytes read while the terms of sums are written out.
 const MOST_WRITTEN_OUT: usize = 1 << 23;
+/// The largest size of an index, so that sums and products of indices do not overflow.
+const MOST_INDEX: i64 = 1 << 31;
 /// The largest index of a coordinate or momentum.
 pub const MOST_DEGREES: usize = 100_000;
 

@@ -3,7 +3,6 @@
 //! A program computes the operands of its results and nothing else. Nodes that depend on no input
 //! are computed once, before all runs. They make up the frame that a run starts from.
 
-use crate::compile::{SMALL, compile};
 use crate::function::Function;
 use crate::graph::{Graph, Input, Node};
 use crate::point::{Point, Points};
@@ -12,6 +11,8 @@ use thiserror::Error;
 
 /// The largest number of registers of a program.
 pub const REGISTERS: usize = 1024;
+/// The number of registers of a small program.
+pub(super) const SMALL: usize = 16;
 /// Entries in a block of a frame. A frame is copied block by block, so that its length is padded to
 /// a multiple.
 pub const BLOCK: usize = 8;
@@ -106,38 +107,6 @@ pub const fn is_wide<T: Scalar>() -> bool {
 pub struct TooManyRegisters;
 
 impl Program {
-    /// The program of a few results, which [`Program::results`] reads at the end of a run.
-    ///
-    /// # Errors
-    /// [`TooManyRegisters`]
-    pub fn new(graph: &Graph, results: &[Node]) -> Result<Self, TooManyRegisters> {
-        compile(graph, results, &[])
-    }
-
-    /// Programs of many results, each with an index. [`Program::run`] passes a result on as soon as
-    /// it is computed. Results that need too many registers together are spread over several
-    /// programs. There is no program of no results.
-    ///
-    /// # Errors
-    /// [`TooManyRegisters`], if a single result needs more than there are.
-    pub fn many(graph: &Graph, results: &[(u32, Node)]) -> Result<Vec<Self>, TooManyRegisters> {
-        let (mut programs, mut stack) = (Vec::new(), Vec::new());
-        if !results.is_empty() {
-            stack.push(results);
-        }
-        while let Some(part) = stack.pop() {
-            match compile(graph, &[], part) {
-                Ok(program) => programs.push(program),
-                Err(TooManyRegisters) if part.len() > 1 => {
-                    let (first, second) = part.split_at(part.len() / 2);
-                    stack.extend([second, first]);
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(programs)
-    }
-
     /// The program with [`Input::End`] read in the place of q_j.
     pub fn moving(self, j: u32) -> Self {
         self.reading(|input| if input == Input::Coordinate(j) { Input::End } else { input })

@@ -33,6 +33,8 @@
 
 mod defect;
 mod equations;
+mod exact_newton;
+mod in_turn;
 mod iteration;
 mod krylov;
 mod newton;

@@ -1,7 +1,6 @@
 //! A check that the gradient of a system is the derivative of its energy. It is made where a step
 //! changes K along (q, p) by more than the known rounding errors.
 
-use crate::measured_rounding::EXPLAINED_ROUNDINGS;
 use crate::ray::{Difference, Memory, Ray};
 use afterbay_core::{Scalar, Separable, StepFailure, System};
 
@@ -15,6 +14,10 @@ const UNEVEN: f64 = 0.25;
 /// Each check begins with an interval of 2^-k z, for these k in turn. A choice: the shortest
 /// interval resolves cos q up to |q| of a few hundred.
 const LONGEST: [i32; 4] = [4, 6, 8, 10];
+/// An error of H up to this number of roundings of |H| and of the terms of ∇H·z is not attributed
+/// to cancellation. The number is below the bounds up to which an error of K is accepted, the
+/// least of which is 8, so that no step falls between the two. A choice.
+pub(crate) const EXPLAINED_ROUNDINGS: f64 = 4.0;
 /// Roundings of q whose effect on ∇V bounds the rounding of ∇V. A choice.
 const SLOPE_ROUNDINGS: f64 = 64.0;
 /// The number of times that z is doubled at most. A choice: from the least number whose square is

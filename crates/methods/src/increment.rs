@@ -41,13 +41,15 @@ mod composition;
 mod driven;
 mod friction;
 mod general;
+mod member;
 mod sweep;
 
 pub(crate) use binding::Increments;
 pub use compensated::Compensated;
 pub use composition::Composition;
 pub use general::GeneralIncrement;
-pub(crate) use sweep::{Member, Stride, advance, sweep};
+pub(crate) use member::{Member, Stride, advance};
+pub(crate) use sweep::sweep;
 
 use crate::balance::{Account, check_step, second_order_of_potential};
 use afterbay_core::{

@@ -1,14 +1,10 @@
 //! The rounding error of H near a state: its measurement, the largest in a run, and the rounding of
 //! the forces that follows from it.
 
-use crate::gradient_check::check_slope;
+use crate::gradient_check::{EXPLAINED_ROUNDINGS, check_slope};
 use crate::ray::{Difference, Memory, Ray};
 use afterbay_core::{Scalar, StepFailure, System};
 
-/// An error of H up to this number of roundings of |H| and of the terms of ∇H·z is not attributed
-/// to cancellation. The number is below the bounds up to which an error of K is accepted, the
-/// least of which is 8, so that no step falls between the two. A choice.
-pub(crate) const EXPLAINED_ROUNDINGS: f64 = 4.0;
 /// The ratio of the bound of the rounding error to the largest error measured. A choice: few errors
 /// are measured, and others may be larger.
 const BOUND_OVER_MEASURED: f64 = 4.0;

@@ -23,10 +23,11 @@ use binding::{Form, Target};
 use std::sync::Arc;
 
 pub use cost::Cost;
-pub(crate) use erased::fixed;
+pub use erased::{Part, Show};
 pub use number::{Compensable, Number, compensated};
 pub use order::Order;
-pub use run::{Part, Run, Setting, Show, Stepping};
+pub(crate) use run::fixed;
+pub use run::{Run, Setting, Stepping};
 pub use sources::{KOBUS, Source};
 #[cfg(not(test))]
 pub use table::{ADAPTIVE, FIXED, METHODS, REFERENCE, find};

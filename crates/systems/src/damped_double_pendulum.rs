@@ -33,7 +33,7 @@
 
 mod phase_plane;
 
-use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
+use crate::family::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, not_negative, positive};
 use afterbay_core::{
     Abilities, Block, Coupling, Curvature, DissipationForm, InputError, Passive, PhasePlane,

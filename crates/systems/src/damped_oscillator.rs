@@ -16,7 +16,7 @@
 mod flow;
 mod order_raising;
 
-use crate::catalog::{Family, Parameter, exactly};
+use crate::family::{Family, Parameter, exactly};
 use crate::{finite, linear_dissipation, positive};
 use afterbay_core::{
     Abilities, Block, Curvature, Dissipation, DissipationForm, Flow, InputError, Line, Linear,

@@ -15,7 +15,7 @@
 //!
 //! The paper names a modified Duffing system and does not define it; this one is ours.
 
-use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
+use crate::family::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, linear_dissipation};
 use afterbay_core::{
     Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising,

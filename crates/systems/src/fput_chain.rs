@@ -16,8 +16,8 @@
 //! Otherwise references come from `tests/data/many_degrees.py`, made by another library, and from
 //! [`afterbay_core::taylor::trajectory`].
 
-use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::chain::{Bond, Chain};
+use crate::family::{BY_SIZE, Family, Parameter, exactly};
 use crate::{at_least_one, finite, is_zero};
 use afterbay_core::{InputError, Line, Members, Scalar, Uniform, f64x8};
 use std::any::Any;

@@ -19,6 +19,7 @@ mod custom;
 mod damped_double_pendulum;
 mod damped_oscillator;
 mod duffing;
+mod family;
 mod fput_chain;
 mod modified_van_der_pol;
 mod morse_chain;
@@ -27,7 +28,7 @@ mod van_der_pol;
 mod van_der_pol_ring;
 
 pub use catalog::{
-    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, Family, MODIFIED_VAN_DER_POL,
+    DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, MODIFIED_VAN_DER_POL,
     MORSE_CHAIN, SYSTEMS, SystemRow, VAN_DER_POL, VAN_DER_POL_RING,
 };
 pub use chain::{Bond, Chain};
@@ -39,6 +40,7 @@ pub use custom::{
 pub use damped_double_pendulum::DampedDoublePendulum;
 pub use damped_oscillator::DampedOscillator;
 pub use duffing::Duffing;
+pub use family::{Family, Parameter};
 pub use fput_chain::{CubicSpring, FputChain};
 pub use modified_van_der_pol::ModifiedVanDerPol;
 pub use morse_chain::{MorseBond, MorseChain};

@@ -15,7 +15,7 @@
 //!
 //! The paper names a modified Van der Pol system and does not define it; this one is ours.
 
-use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
+use crate::family::{BY_SERIES, Family, Parameter, exactly};
 use crate::{Duffing, VanDerPol};
 use afterbay_core::{
     Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising,

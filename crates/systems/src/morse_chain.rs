@@ -14,8 +14,8 @@
 //! There is no solution in closed form: references come from [`afterbay_core::taylor::trajectory`].
 //! (P. M. Morse, Phys. Rev. 34 (1929) 57, for the potential.)
 
-use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
 use crate::chain::{Bond, Chain};
+use crate::family::{BY_SIZE, Family, Parameter, exactly};
 use crate::{at_least_one, finite, positive};
 use afterbay_core::{InputError, Line, Scalar, Slope, divided};
 

@@ -13,7 +13,7 @@
 //! There is no closed solution: references come from [`afterbay_core::taylor::trajectory`] in a
 //! wider scalar.
 
-use crate::catalog::{BY_SERIES, Family, Parameter, exactly};
+use crate::family::{BY_SERIES, Family, Parameter, exactly};
 use crate::{finite, is_zero, not_negative};
 use afterbay_core::{
     Abilities, Block, Curvature, Dissipation, DissipationForm, InputError, Line, OrderRaising,

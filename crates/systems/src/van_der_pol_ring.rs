@@ -17,7 +17,7 @@
 //! `tests/data/many_degrees.py`, made by another library, and from
 //! [`afterbay_core::taylor::trajectory`].
 
-use crate::catalog::{BY_SIZE, Family, Parameter, exactly};
+use crate::family::{BY_SIZE, Family, Parameter, exactly};
 use crate::{VanDerPol, at_least_one, finite, inner, sum};
 use afterbay_core::{
     Abilities, Block, Coupling, Curvature, Dissipation, DissipationForm, InputError, Line, Members,

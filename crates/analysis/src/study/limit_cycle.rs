@@ -18,14 +18,16 @@ mod event;
 mod failure;
 mod guess;
 mod homoclinic;
+mod multipliers;
 mod scales;
 mod shooting;
 mod turns;
 
 pub use branch::Branch;
-pub use cycle::{Complex, Cycle};
+pub use cycle::Cycle;
 pub use event::Event;
 pub use failure::CycleFailure;
+pub use multipliers::Complex;
 
 use super::dynamics::{Dynamics, PiecePlan};
 use super::metric::Metric;

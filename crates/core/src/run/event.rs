@@ -23,6 +23,9 @@ const SHORT_SHARE: f64 = 1.0 / 1_048_576.0;
 /// A choice.
 const EVENT_ROUNDINGS: f64 = 64.0;
 
+/// The state after a share of a step.
+type Within<'a> = &'a mut dyn FnMut(f64) -> Result<State<Vec<f64>>, IntegrateError>;
+
 /// The direction in which a function crosses zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Direction {

@@ -19,9 +19,9 @@
 //! to both D̃_j and D̃_m. The energy that leaves the account s_j therefore enters the account of j,
 //! to rounding.
 
+mod abilities;
 mod curvature;
 
-use super::abilities::{Abilities, SecondDerivatives};
 use super::dissipation::{Dissipation, DissipationForm, Passive};
 use super::hamiltonian::System;
 use super::harmonics::Harmonics;
@@ -372,29 +372,5 @@ impl<T: Scalar, S: Separable<T> + ?Sized, D: Drive<T> + ?Sized> Separable<T> for
         let (motor, k) = self.motor(j)?;
         let force = self.drive.force(k, &q[..self.dof], q[motor]);
         Some(Supply { motor, force, depends_on_own: self.drive.depends_on_own(k) })
-    }
-}
-
-impl<T: Scalar> Abilities<T> for Driven<dyn Abilities<T>, dyn Drive<T>> {
-    fn driven(&self) -> Option<&Self> {
-        Some(self)
-    }
-
-    fn separable(self: Arc<Self>) -> Option<Arc<dyn Separable<T>>> {
-        let system = self.system.clone().separable()?;
-        Some(Arc::new(self.with(system)))
-    }
-
-    fn second_derivatives(self: Arc<Self>) -> Option<Arc<dyn SecondDerivatives<T>>> {
-        let system = self.system.clone().second_derivatives()?;
-        Some(Arc::new(self.with(system)))
-    }
-}
-
-impl<S: ?Sized, D: ?Sized> Driven<S, D> {
-    /// Another view of the same system, with the same drive.
-    fn with<R: ?Sized>(&self, system: Arc<R>) -> Driven<R, D> {
-        let (drive, motors) = (Arc::clone(&self.drive), self.motors.clone());
-        Driven { system, drive, dof: self.dof, motors }
     }
 }

@@ -2,8 +2,8 @@
 
 use kuva::render::render::{Primitive, TextAnchor};
 
+use super::curve::{CANVAS, Curve, Style};
 use super::frame::{TEXT, text, width};
-use super::line::{CANVAS, Curve, Style};
 use super::look::{self, Look};
 
 /// The widest legend beside the plot, in pixels.

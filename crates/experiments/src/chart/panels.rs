@@ -3,11 +3,12 @@
 use kuva::render::render::{Primitive, TextAnchor};
 
 use super::axis::{Axis, extent};
+use super::curve::{CANVAS, Curve};
 use super::drawing::Drawing;
 use super::frame::{Frame, note};
 use super::heat::HeatMap;
 use super::legend::{Legend, ROW};
-use super::line::{CANVAS, Curve, Point, draw_curve, most_points, place};
+use super::line::{Point, draw_curve, most_points, place};
 use super::look::Look;
 use super::thin::thin;
 

@@ -3,7 +3,8 @@
 use super::column::Words;
 use super::{Column, DataError, DataFormat, Provenance, Sidecar};
 use crate::UnitsTable;
-use crate::record::{Artifact, Manifest};
+use crate::artifact::Artifact;
+use crate::manifest::Manifest;
 use afterbay_analysis::columns::{self, TableColumns};
 use csv::StringRecord;
 use npyz::WriterBuilder;

@@ -5,7 +5,7 @@ use super::reference::{REFERENCE_LABEL, label, of_reference};
 use crate::chart::{Axis, Cells, HeatMap};
 use crate::claim::{Readings, Said, counted, fixed, in_full, list, note};
 use crate::findings::all_zero;
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, decimal};
 use afterbay_analysis::Model;

@@ -5,7 +5,7 @@ use super::reference::{REFERENCE_LABEL, States, label, of_reference, show_states
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, counted, in_full, list, note, significant};
 use crate::findings::all_zero;
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, spaced};
 use afterbay_analysis::Model;

@@ -4,7 +4,7 @@ use super::declared::{Boxed, section};
 use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::claim::{Readings, Said, deviation, note};
 use crate::findings::{all_completed, ended};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::scene::{EnergyPlan, Scene};
 use crate::sheet::{ReportError, Sheet, line, measured, of_errors, scientific};
 use afterbay_analysis::Measured;

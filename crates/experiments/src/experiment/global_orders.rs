@@ -1,11 +1,11 @@
 //! Global errors and their orders.
 
 use super::declared::{Boxed, section};
-use super::local_orders::orders_of_three;
+use super::local_orders::{orders_of_three, slopes};
 use super::names;
 use crate::chart::{Axis, LineChart, Style};
 use crate::claim::{Readings, Said, list};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::report::Verdict;
 use crate::scene::{Scene, StepsPlan};
 use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors};
@@ -99,14 +99,6 @@ fn chart(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow], variable: &str) -
         curves: names(&plan.methods).iter().map(curve).collect(),
         guides: slopes(plan.methods.iter().map(|row| row.order())),
     }
-}
-
-/// The slopes of guides for methods of these orders.
-pub(super) fn slopes(orders: impl Iterator<Item = Order>) -> Vec<f64> {
-    let mut orders: Vec<u32> = orders.filter_map(Order::number).collect();
-    orders.sort_unstable();
-    orders.dedup();
-    orders.into_iter().map(f64::from).collect()
 }
 
 fn global(r: &Readings) -> Said {

@@ -5,7 +5,7 @@ use super::reference::{REFERENCE_LABEL, label, of_reference};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list, note, sci, significant};
 use crate::findings::all_completed;
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, decimal, line, scientific};
 use afterbay_analysis::Variable;

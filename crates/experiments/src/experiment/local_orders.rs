@@ -1,7 +1,6 @@
 //! Local errors and their orders.
 
 use super::declared::{Boxed, section};
-use super::global_orders::slopes;
 use super::names;
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, fixed};
@@ -10,6 +9,7 @@ use crate::scene::{LocalOrderPlan, Scene};
 use crate::sheet::{ReportError, Sheet, decimal, marked, scientific, table};
 use afterbay_analysis::study::VARIABLES;
 use afterbay_analysis::study::local_order::{LocalErrors, LocalOrders, OrderRow, Statistic, rows};
+use afterbay_methods::registry::Order;
 
 /// The table from which the charts are made.
 const DATA: &str = "local_orders";
@@ -122,6 +122,14 @@ fn left_out(orders: &[OrderRow], steps: usize) -> String {
          the states compared, divided by h. Steps used where some are left out: {}.",
         all.join(", ")
     )
+}
+
+/// The slopes of guides for methods of these orders.
+pub(super) fn slopes(orders: impl Iterator<Item = Order>) -> Vec<f64> {
+    let mut orders: Vec<u32> = orders.filter_map(Order::number).collect();
+    orders.sort_unstable();
+    orders.dedup();
+    orders.into_iter().map(f64::from).collect()
 }
 
 fn local(r: &Readings) -> Said {

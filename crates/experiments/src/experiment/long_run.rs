@@ -4,7 +4,7 @@ use super::declared::{Boxed, section};
 use crate::claim::{Readings, Said, counted, note};
 use crate::findings::long_run::{CAPTION, HEADER, cells, chart, growth, readings};
 use crate::findings::{all_completed, ended};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::scene::{LongRunPlan, Scene};
 use crate::sheet::{ReportError, Sheet};
 use afterbay_analysis::study::Problem;

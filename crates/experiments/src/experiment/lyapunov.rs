@@ -5,7 +5,7 @@ use super::reference::{REFERENCE_LABEL, label, of_reference};
 use crate::chart::{Axis, Curve, LineChart};
 use crate::claim::{Readings, Said, fixed, note, sci};
 use crate::findings::all_completed;
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, decimal, line};
 use afterbay_analysis::study::dynamics::DynamicsPlan;

@@ -3,7 +3,7 @@
 use super::coarse;
 use crate::chart::{Axis, Curve, LineChart, Style};
 use crate::claim::{Finding, Readings, Said, in_short, sci};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::report::Verdict as Holds;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, line, measured, of_errors, scientific};

@@ -5,7 +5,7 @@ use super::reference::{REFERENCE_LABEL, States, label, of_reference, show_states
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said, list, note, significant};
 use crate::findings::{all_completed, all_zero, ended};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, scientific};
 use afterbay_analysis::Model;

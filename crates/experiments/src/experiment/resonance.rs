@@ -5,7 +5,7 @@ use super::reference::{REFERENCE_LABEL, label, of_reference};
 use crate::chart::{self, Axis, LineChart, Style};
 use crate::claim::{Found, Readings, Said, counted, fixed, in_full, note, sci, significant};
 use crate::findings::all_zero;
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::scene::Scene;
 use crate::sheet::{ReportError, Sheet, marked, spaced};
 use afterbay_analysis::study::bifurcation::Way;

@@ -4,7 +4,7 @@ use super::declared::{Boxed, section};
 use super::names;
 use crate::claim::{Readings, Said, fixed, in_short, sci, significant};
 use crate::findings::stability::{Grid, spectral_radii, verdicts};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::report::Verdict as Holds;
 use crate::scene::{Scene, StabilityPlan};
 use crate::sheet::{ReportError, Sheet, spaced};

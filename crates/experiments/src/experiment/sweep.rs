@@ -7,10 +7,12 @@ mod warnings;
 
 use super::declared::{Boxed, section};
 use crate::UnitsTable;
+use crate::artifact::{Artifact, TableError};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Found, Readings, Said, in_short, note};
 use crate::journal::Afresh;
-use crate::record::{Artifact, RunOutcome, StorageError};
+use crate::manifest::RunOutcome;
+use crate::record::StorageError;
 use crate::report::Verdict;
 use crate::scene::{Scene, Sweep, Task};
 use crate::sheet::{Number, ReportError, Sheet, marked};
@@ -237,7 +239,7 @@ impl Joined {
         values: &[f64],
         (name, text): (&str, &str),
     ) -> Result<(), StorageError> {
-        let failed = |source| StorageError::Table { name: name.to_owned(), source };
+        let failed = |source| TableError { name: name.to_owned(), source };
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
@@ -269,7 +271,7 @@ impl Joined {
             Ok(bytes) => bytes.unwrap_or_default(),
             Err(error) => {
                 let source = error.into_error().into();
-                return Err(StorageError::Table { name, source });
+                return Err(TableError { name, source }.into());
             }
         };
         let text = String::from_utf8_lossy(&bytes).into_owned();

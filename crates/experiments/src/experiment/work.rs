@@ -4,7 +4,7 @@ use super::declared::{Boxed, section};
 use super::names;
 use crate::findings::work::{HEADER, cells, cheapest};
 use crate::findings::work_charts::{EVALUATIONS, Runs, TIME, with_bounds};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::report::Block;
 use crate::scene::{Scene, WorkPrecisionPlan};
 use crate::sheet::{ReportError, Sheet};

@@ -6,7 +6,7 @@ mod claims;
 use super::{BASE_STEP, FIGURE_STEP, Paper, Part, oscillator};
 use crate::chart::{Axis, LineChart};
 use crate::claim::{Readings, Said};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::sheet::{ReportError, Sheet, decimal, line, marked, over_time, scientific};
 use afterbay_analysis::statistics::median;
 use afterbay_analysis::study::energy::{self, EnergyRow, EnergyRun};

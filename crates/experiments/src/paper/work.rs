@@ -4,7 +4,7 @@ use super::other_systems::problems;
 use super::{Paper, Part, oscillator};
 use crate::findings::work::{HEADER, cells, cheapest};
 use crate::findings::work_charts::{EVALUATIONS, Runs, TIME, as_measured};
-use crate::record::RunOutcome;
+use crate::manifest::RunOutcome;
 use crate::report::Block;
 use crate::sheet::{ReportError, Sheet, table};
 use afterbay_analysis::study::Problem;

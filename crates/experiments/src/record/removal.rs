@@ -62,7 +62,10 @@ fn remove_file(path: &Path) -> Result<(), StorageError> {
 #[cfg(test)]
 mod tests {
     use super::remove;
-    use crate::record::{Artifact, Files, Manifest, Output};
+    use crate::artifact::Artifact;
+    use crate::data::Files;
+    use crate::manifest::Manifest;
+    use crate::record::Output;
     use crate::report::Report;
 
     #[test]

@@ -18,8 +18,8 @@ pub(super) use dynamics::{
 pub(super) use entries::{Column, Entries, EntriesTable};
 pub(super) use event::{ActionName, EventTable};
 pub(super) use figures::{FigureTable, Names};
-pub(super) use range::{RangeTable, Spread};
-pub(super) use studies::{ParameterTable, StudyTables};
+pub(super) use range::{ParameterTable, RangeTable, Spread};
+pub(super) use studies::StudyTables;
 pub(super) use sweep::{SweepTable, Varied};
 pub(super) use system::{Expression, PerDegree, SystemTable};
 pub(super) use tangents::{LimitCycleTable, LyapunovTable};

@@ -7,7 +7,7 @@ use afterbay_analysis::study::limit_cycle::{Cycle, LimitCycle};
 use afterbay_analysis::study::work_precision::Runs;
 use afterbay_analysis::study::{energy, events, global_order, trajectory, work_precision};
 use afterbay_core::accounts;
-use afterbay_experiments::record::Artifact;
+use afterbay_experiments::artifact::Artifact;
 use afterbay_experiments::scene::Scene;
 use afterbay_methods::registry::{METHODS, Order, REFERENCE, Row, find};
 use std::f64::consts::{PI, TAU};

@@ -1,8 +1,10 @@
 //! Figures of trajectories: those a scene asks for, and those it does not.
 
 use afterbay_analysis::progress::Silent;
+use afterbay_experiments::artifact::Artifact;
+use afterbay_experiments::data::Files;
 use afterbay_experiments::experiment;
-use afterbay_experiments::record::{Artifact, Files, Output};
+use afterbay_experiments::record::Output;
 use afterbay_experiments::scene::Scene;
 
 const OSCILLATOR: &str = r#"

@@ -7,7 +7,7 @@ use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
 use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::limit_cycle::{Branch, Cycle, Cycles, Event, LimitCycle, columns};
-use afterbay_experiments::record::Artifact;
+use afterbay_experiments::artifact::Artifact;
 use afterbay_experiments::report::Verdict;
 use afterbay_experiments::scene::Scene;
 use afterbay_experiments::{Finding, experiment};

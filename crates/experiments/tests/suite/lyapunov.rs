@@ -238,7 +238,7 @@ fn the_table_has_its_columns() {
     assert_eq!(columns(&problem.model).join(","), names);
     let study = Lyapunov { problem, transient: 1.0, time: 4.0, rows: 4 };
     let found = study.run(row("moddg"), 0.1, &Silent).unwrap();
-    let table = afterbay_experiments::record::Artifact::wide_table(
+    let table = afterbay_experiments::artifact::Artifact::wide_table(
         "lyapunov",
         &columns(&study.problem.model),
         &found.rows,

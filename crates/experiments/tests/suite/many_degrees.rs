@@ -9,7 +9,7 @@ use afterbay_analysis::study::{
     MOST_DEGREES_IN_QUAD, Problem, energy, global_order, long_run, trajectory, work_precision,
 };
 use afterbay_core::{InputError, IntegrateError, Quad, Quantity};
-use afterbay_experiments::record::Artifact;
+use afterbay_experiments::artifact::Artifact;
 use afterbay_methods::registry::{Row, find};
 use afterbay_systems::{
     DAMPED_DOUBLE_PENDULUM, DAMPED_OSCILLATOR, DUFFING, FPUT_CHAIN, MODIFIED_VAN_DER_POL,

@@ -9,7 +9,7 @@ use afterbay_analysis::study::energy::{self, EnergyRow, EnergyRun};
 use afterbay_analysis::study::outcome::{Ending, INTERRUPTED};
 use afterbay_analysis::{Measured, Model};
 use afterbay_core::{IntegrateError, System};
-use afterbay_experiments::record::Files;
+use afterbay_experiments::data::Files;
 use afterbay_methods::registry::{FIXED, Row, find};
 use afterbay_systems::{DAMPED_OSCILLATOR, DampedOscillator};
 

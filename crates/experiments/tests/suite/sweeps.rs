@@ -1,8 +1,9 @@
 //! The summary of a sweep names the points that failed and repeats the warnings of the others.
 
 use afterbay_analysis::progress::Silent;
+use afterbay_experiments::data::Files;
 use afterbay_experiments::experiment;
-use afterbay_experiments::record::{Files, Output};
+use afterbay_experiments::record::Output;
 use afterbay_experiments::scene::Scene;
 
 /// The results and the summary of a scene's runs.

@@ -1,15 +1,12 @@
 //! Entries `q[i+1]` and sums `sum(i, 1, n, ..)`.
 
 use super::names::{in_name, is_name, is_reserved};
-use super::{DEEPEST, MOST_DEGREES, MOST_WRITTEN_OUT, ParseError, Problem, Reader};
+use super::{DEEPEST, MOST_DEGREES, MOST_INDEX, MOST_WRITTEN_OUT, ParseError, Problem, Reader};
 use crate::graph::Node;
 use winnow::Parser as _;
 use winnow::error::EmptyError;
 use winnow::stream::Location;
 use winnow::token::{take, take_while};
-
-/// The largest size of an index, so that sums and products of indices do not overflow.
-pub(super) const MOST_INDEX: i64 = 1 << 31;
 
 /// The bytes that a term counts for at least.
 const SHORTEST_TERM: usize = 16;

@@ -1,7 +1,6 @@
 //! The mistakes in a text that make it no expression.
 
-use super::index::MOST_INDEX;
-use super::{DEEPEST, LONGEST, MOST_DEGREES, MOST_WRITTEN_OUT};
+use super::{DEEPEST, LONGEST, MOST_DEGREES, MOST_INDEX, MOST_WRITTEN_OUT};
 use std::ops::Range;
 use thiserror::Error;
 

@@ -6,9 +6,9 @@
 //! or, near an equilibrium, repeated by [`crate::Collocation`], which conserves K without
 //! projection.
 
-use super::gauss::{Columns, Gauss};
+use super::gauss::{Columns, Gauss, weighted};
 use super::slopes::Slopes;
-use super::stages::{SWEEP_ROUNDINGS, Stages, weighted};
+use super::stages::{SWEEP_ROUNDINGS, Stages};
 use super::stiffness::Stiffness;
 use crate::adaptive::{Budget, End, Kinks, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates};
 use crate::collocation;

@@ -17,8 +17,8 @@
 //! resolved and need not be.
 
 use super::engine::Engine;
+use super::gauss::weighted;
 use super::limits::Limits;
-use super::stages::weighted;
 use crate::adaptive::size_of_first_or_nan;
 use crate::kernels::reductions::{largest_if_finite, see_size};
 use afterbay_core::{Curvature, Scalar, StepFailure, Vector, larger_or_nan};

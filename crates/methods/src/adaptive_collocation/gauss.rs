@@ -1,7 +1,6 @@
 //! The tables of Gauss collocation with K nodes on [0, 1], which represents a polynomial of degree
 //! K - 1 by its values at the nodes.
 
-use super::stages::weighted;
 use crate::legendre::{MODES, gauss, integrals, narrow, values};
 use afterbay_core::{Quad, Scalar};
 use std::array::from_fn;
@@ -151,6 +150,20 @@ impl<T: Scalar, const K: usize> Gauss<T, K> {
         }
         columns
     }
+}
+
+/// Σ b_i x_i
+#[inline(always)]
+pub(super) fn weighted<T: Scalar, const K: usize>(weights: &[T; K], x: [T; K]) -> T {
+    let mut terms: [T; K] = from_fn(|i| weights[i] * x[i]);
+    let mut width = K / 2;
+    while width > 0 {
+        for i in 0..width {
+            terms[i] += terms[i + width];
+        }
+        width /= 2;
+    }
+    terms[0]
 }
 
 #[cfg(test)]

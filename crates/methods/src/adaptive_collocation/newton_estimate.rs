@@ -21,8 +21,8 @@
 //! about κ, and proportional to 1/z for large z.
 
 use super::engine::Engine;
+use super::gauss::weighted;
 use super::limits::Limits;
-use super::stages::weighted;
 use crate::collocation::Response;
 use crate::kernels::reductions::{largest_if_finite, see_size};
 use afterbay_core::{Scalar, State, StepFailure, Vector, larger_or_nan};

@@ -8,7 +8,7 @@
 //! If v = p, q_i = q0 + h τ_i p0 - h² Σ a_il a_lj f_j is computed directly. The functions are not
 //! inlined, for the reason given in `points`.
 
-use super::gauss::{Columns, Gauss};
+use super::gauss::{Columns, Gauss, weighted};
 use super::slopes::Slopes;
 use crate::kernels::reductions::{max_norm, see_size};
 use crate::points::{dissipation, gradient};
@@ -307,20 +307,6 @@ fn exchange<V: Vector, const K: usize>(
         largest = see_size(largest, weighted(weights, changes).to_f64());
     }
     largest[0] + largest[1]
-}
-
-/// Σ b_i x_i
-#[inline(always)]
-pub(super) fn weighted<T: Scalar, const K: usize>(weights: &[T; K], x: [T; K]) -> T {
-    let mut terms: [T; K] = from_fn(|i| weights[i] * x[i]);
-    let mut width = K / 2;
-    while width > 0 {
-        for i in 0..width {
-            terms[i] += terms[i + width];
-        }
-        width /= 2;
-    }
-    terms[0]
 }
 
 #[cfg(test)]

@@ -1,13 +1,7 @@
-//! Newton's iteration for the coefficients of a step, used where sweeps do not contract, and where
-//! they did not in the step before.
-//!
-//! The simplified iteration uses the Jacobian at the middle of the step. It starts from the
-//! extrapolated polynomial of the last step, then from a constant. If it does not converge, or
-//! converges slowly, the exact derivative is used (`krylov.rs`).
+//! Newton's simplified iteration for the coefficients of a step, with the Jacobian at its middle.
 
 use super::equations::Equations;
 use super::iteration::{Problem, Workspace};
-use super::krylov::{Exact, Krylov};
 use super::nodes::{extent, forces, place_q, velocities};
 use super::progress::{MOST_ITERATIONS, Progress};
 use super::rule::Modes;
@@ -25,9 +19,6 @@ const SLOWEST_RATIO: f64 = 0.0625;
 /// 1, after this many of them. Choices: products with it cost less than so slow an iteration.
 const CRAWLING_RATIO: f64 = 0.5;
 const CRAWLING_CORRECTIONS: u32 = 12;
-/// The largest h times an entry of the Jacobian for which the next step tries sweeps again. A
-/// choice: sweeps contract where it is below 1.
-const LARGEST_SWEPT_GAIN: f64 = 0.5;
 
 /// The Newton equations of a step, and the state of their iteration.
 pub(super) struct Step<'a, V: Vector, S: ?Sized> {
@@ -40,64 +31,14 @@ pub(super) struct Step<'a, V: Vector, S: ?Sized> {
     dof: usize,
 }
 
-impl<V: Vector> Workspace<V> {
-    /// Runs Newton's iterations in turn. Returns the number of evaluations of all nodes.
-    pub(super) fn newton<S: Curvature<V::Scalar> + ?Sized>(
-        &mut self,
-        problem: &Problem<'_, V, S>,
-    ) -> Result<u32, StepFailure> {
-        let mut equations = match self.equations.take() {
-            Some(equations) => equations,
-            None => Box::new(Equations::new(problem.system, self.stages)?),
-        };
-        let mut krylov = self.krylov.take();
-        let (workspace, problem) = (&mut *self, Problem { ..*problem });
-        let mut step = Step { workspace, equations: &mut equations, problem, spent: 0, dof: 0 };
-        let outcome = step.try_in_turn(&mut krylov).map(|()| step.spent);
-        self.krylov = krylov;
-        // Sweeps contract again where h J is small.
-        self.stiff = outcome.is_ok() && equations.gain > LARGEST_SWEPT_GAIN;
-        self.equations = Some(equations);
-        outcome
-    }
-}
-
-impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
-    /// Tries the simplified iteration and then the exact one, from the polynomial of the last step,
-    /// from a constant, and by continuation. What the last step needed comes first.
-    fn try_in_turn(
-        &mut self,
-        krylov: &mut Option<Box<Krylov<V::Scalar>>>,
-    ) -> Result<(), StepFailure> {
-        let (n, hard) = (self.problem.state.dof(), self.workspace.hard);
-        let mut outcome =
-            Err(StepFailure::NewtonStalled { dof: 0, iterations: 0, update: f64::NAN });
-        if !hard {
-            if self.workspace.stiff {
-                outcome = self.converge();
-            }
-            if outcome.is_err() {
-                self.workspace.rest(n);
-                outcome = self.converge();
-            }
-        }
-        if outcome.is_ok() || !self.workspace.thorough {
-            return outcome;
-        }
-        let (unknowns, modes) = (self.equations.missing.len(), &self.workspace.q_modes);
-        let krylov = krylov.get_or_insert_with(|| Box::new(Krylov::new(modes, unknowns)));
-        if hard {
-            outcome = Exact::new(self, krylov).converge();
-        }
-        if outcome.is_err() {
-            self.workspace.rest(n);
-            outcome = Exact::new(self, krylov).converge();
-        }
-        if outcome.is_err() {
-            outcome = Exact::new(self, krylov).solve_by_continuation();
-        }
-        self.workspace.hard = outcome.is_ok();
-        outcome
+impl<'a, V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'a, V, S> {
+    /// The iteration from the current γ.
+    pub(super) fn new(
+        workspace: &'a mut Workspace<V>,
+        equations: &'a mut Equations,
+        problem: Problem<'a, V, S>,
+    ) -> Self {
+        Self { workspace, equations, problem, spent: 0, dof: 0 }
     }
 
     /// Computes the residual of γ.

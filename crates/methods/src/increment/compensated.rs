@@ -25,7 +25,8 @@
 //! A step fails where [`Increment`] fails, and where a correction is not small, since `exact` is
 //! then not the same system.
 
-use super::sweep::{Member, Stride, coordinate, largest_if_dense};
+use super::member::{Member, Stride, coordinate};
+use super::sweep::largest_if_dense;
 use super::{Before, Friction, Increment, ordering};
 use crate::coordinate::{Edge, MomentumEquation};
 use afterbay_core::solver::{Equation, Newton, Root};

@@ -1,6 +1,6 @@
 //! The coordinates and the motors of a driven system in a sweep.
 
-use super::sweep::{Member, Stride, coordinate};
+use super::member::{Member, Stride, coordinate};
 use crate::coordinate::Edge;
 use afterbay_core::solver::Newton;
 use afterbay_core::{Scalar, Separable, StepFailure, Supply};

@@ -2,8 +2,8 @@
 //! [`AdaptiveBinding`], in its own file; its row holds it as a [`Form`].
 
 use super::Run;
-use super::erased::{chosen, fixed};
-use super::run::named;
+use super::erased::named;
+use super::run::{chosen, fixed};
 use super::stepper::ErasedMethod;
 use crate::hidden_coupling::has_hidden_coupling;
 use crate::moddg::steps::Equation;

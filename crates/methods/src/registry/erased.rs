@@ -1,6 +1,5 @@
 //! A method and its system behind one trait, for runs of every kind of method.
 
-use super::run::{Part, Run, Show, named};
 use afterbay_core::{
     Adaptive, AdaptiveRun, Effort, Every, Grid, InputError, IntegrateError, Mask, Method, Observer,
     Quantity, RunError, Scalar, State, StateRef, Statistics, StepControl, System, Tolerance,
@@ -9,6 +8,22 @@ use afterbay_core::{
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
+
+/// A run with a fixed step, or a part of one that continues another part.
+pub struct Part<'a, T> {
+    /// The steps.
+    pub grid: Grid<T>,
+    /// The step of the first state that is shown, counted from the start of this part.
+    pub first: u64,
+    /// Every `stride`-th state from there on is shown.
+    pub stride: u64,
+    /// The part of w_j below its rounding, one entry a degree of freedom: 0 at the start of a run.
+    /// It receives the value that the next part needs.
+    pub remainder: &'a mut [T],
+}
+
+/// The callback of a run: receives the number of steps taken and the state. `Break` ends the run.
+pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
 /// [`super::Stepping`] with the storage of states erased.
 pub(super) type ErasedStepping<'a, T> =
@@ -44,6 +59,14 @@ impl<'a, T: Scalar> Place<'a, T> {
 
 /// A placeholder for the name of the method in errors. [`named`] replaces it.
 const UNNAMED: &str = "";
+
+/// Names the method in an error as its row does. A method itself knows its family only.
+pub(super) fn named(method: &'static str, error: InputError) -> InputError {
+    match error {
+        InputError::Unsupported { why, .. } => InputError::Unsupported { method, why },
+        error => error,
+    }
+}
 
 fn takes_a_tolerance() -> InputError {
     InputError::Unsupported { method: UNNAMED, why: "it takes a tolerance, not a step" }
@@ -116,7 +139,7 @@ pub(super) trait Erased<T: Scalar>: Send + Sync {
 }
 
 /// A fixed-step method and its system, with states stored in `V` while it steps.
-struct Fixed<V, M, S: ?Sized, W> {
+pub(super) struct Fixed<V, M, S: ?Sized, W> {
     method: M,
     system: Arc<S>,
     /// A workspace that is cloned and never used for a step.
@@ -133,6 +156,13 @@ where
     M: Method<V, S>,
     M::Workspace: Clone,
 {
+    /// The method and its system, if `V` has room for its degrees of freedom.
+    pub(super) fn new(method: M, system: Arc<S>) -> Result<Self, InputError> {
+        fits::<V>(system.dof())?;
+        let workspace = method.workspace(&system)?;
+        Ok(Self { method, system, workspace, spare: Mutex::new(None), storage: PhantomData })
+    }
+
     /// Runs `run` in a fresh workspace. Of concurrent runs, one takes the spare workspace and the
     /// others clone; none waits.
     #[inline(always)]
@@ -220,10 +250,22 @@ where
 }
 
 /// A method with step size control and its system, with states stored in `V` while it steps.
-struct Chosen<V, M, S: ?Sized> {
+pub(super) struct Chosen<V, M, S: ?Sized> {
     method: M,
     system: Arc<S>,
     storage: PhantomData<fn() -> V>,
+}
+
+impl<V, S, M> Chosen<V, M, S>
+where
+    V: Vector,
+    S: System<V::Scalar> + ?Sized,
+{
+    /// The method and its system, if `V` has room for its degrees of freedom.
+    pub(super) fn new(method: M, system: Arc<S>) -> Result<Self, InputError> {
+        fits::<V>(system.dof())?;
+        Ok(Self { method, system, storage: PhantomData })
+    }
 }
 
 impl<V, S, M> Erased<V::Scalar> for Chosen<V, M, S>
@@ -321,46 +363,4 @@ fn fits<V: Vector>(dof: usize) -> Result<(), InputError> {
         }
         None => Ok(()),
     }
-}
-
-/// Binds a fixed-step method, with states stored in `V` while it steps.
-pub(crate) fn fixed<V, S, M>(
-    name: &'static str,
-    method: M,
-    system: Arc<S>,
-) -> Result<Run<V::Scalar>, InputError>
-where
-    V: Vector + 'static,
-    S: System<V::Scalar> + ?Sized + 'static,
-    M: Method<V, S> + Send + Sync + 'static,
-    M::Workspace: Clone + Send + Sync + 'static,
-{
-    fits::<V>(system.dof())?;
-    let workspace = method.workspace(&system).map_err(|error| named(name, error))?;
-    let bound = Fixed {
-        method,
-        system,
-        workspace,
-        spare: Mutex::new(None),
-        storage: PhantomData::<fn() -> V>,
-    };
-    Ok(Run { method: name, bound: Box::new(bound) })
-}
-
-/// Binds a method with step size control, with states stored in `V` while it steps.
-pub(super) fn chosen<V, S, M>(
-    name: &'static str,
-    method: M,
-    system: Arc<S>,
-) -> Result<Run<V::Scalar>, InputError>
-where
-    V: Vector + 'static,
-    S: System<V::Scalar> + ?Sized + 'static,
-    M: Adaptive<V, S> + Send + Sync + 'static,
-{
-    fits::<V>(system.dof())?;
-    Ok(Run {
-        method: name,
-        bound: Box::new(Chosen { method, system, storage: PhantomData::<fn() -> V> }),
-    })
 }

@@ -3,8 +3,7 @@
 //! measurable.
 
 use super::Row;
-use super::erased::{chosen, fixed};
-use super::run::Run;
+use super::run::{Run, chosen, fixed};
 use crate::increment::Increments;
 use crate::moddg::steps::Plain;
 use crate::{

@@ -1,11 +1,11 @@
 //! A method bound to a system, with the types of both erased.
 
-use super::erased::{Erased, Place, Sampling};
+use super::erased::{Chosen, Erased, Fixed, Part, Place, Sampling, Show, named};
 use afterbay_core::{
-    Effort, Grid, InputError, IntegrateError, Mask, Quantity, Scalar, State, StateRef, Statistics,
-    Tolerance, Vector, Watch,
+    Adaptive, Effort, Grid, InputError, IntegrateError, Mask, Method, Quantity, Scalar, State,
+    Statistics, System, Tolerance, Vector, Watch,
 };
-use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// The step control of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,22 +21,6 @@ impl<T> From<Grid<T>> for Setting<T> {
         Self::Step(grid)
     }
 }
-
-/// A run with a fixed step, or a part of one that continues another part.
-pub struct Part<'a, T> {
-    /// The steps.
-    pub grid: Grid<T>,
-    /// The step of the first state that is shown, counted from the start of this part.
-    pub first: u64,
-    /// Every `stride`-th state from there on is shown.
-    pub stride: u64,
-    /// The part of w_j below its rounding, one entry a degree of freedom: 0 at the start of a run.
-    /// It receives the value that the next part needs.
-    pub remainder: &'a mut [T],
-}
-
-/// The callback of a run: receives the number of steps taken and the state. `Break` ends the run.
-pub type Show<'a, T> = &'a mut dyn FnMut(u64, StateRef<'_, T>) -> ControlFlow<()>;
 
 /// Takes a step of the given length. A method that chooses its steps passes the states between its
 /// own steps to the watch. The time of the state does not change, and the state is unchanged after
@@ -197,10 +181,32 @@ impl<T: Scalar> Run<T> {
     }
 }
 
-/// Names the method in an error as its row does. A method itself knows its family only.
-pub(super) fn named(method: &'static str, error: InputError) -> InputError {
-    match error {
-        InputError::Unsupported { why, .. } => InputError::Unsupported { method, why },
-        error => error,
-    }
+/// Binds a fixed-step method, with states stored in `V` while it steps.
+pub(crate) fn fixed<V, S, M>(
+    name: &'static str,
+    method: M,
+    system: Arc<S>,
+) -> Result<Run<V::Scalar>, InputError>
+where
+    V: Vector + 'static,
+    S: System<V::Scalar> + ?Sized + 'static,
+    M: Method<V, S> + Send + Sync + 'static,
+    M::Workspace: Clone + Send + Sync + 'static,
+{
+    let bound = Fixed::<V, M, S, _>::new(method, system).map_err(|error| named(name, error))?;
+    Ok(Run { method: name, bound: Box::new(bound) })
+}
+
+/// Binds a method with step size control, with states stored in `V` while it steps.
+pub(super) fn chosen<V, S, M>(
+    name: &'static str,
+    method: M,
+    system: Arc<S>,
+) -> Result<Run<V::Scalar>, InputError>
+where
+    V: Vector + 'static,
+    S: System<V::Scalar> + ?Sized + 'static,
+    M: Adaptive<V, S> + Send + Sync + 'static,
+{
+    Ok(Run { method: name, bound: Box::new(Chosen::<V, M, S>::new(method, system)?) })
 }

@@ -1,7 +1,7 @@
 //! The attractor that a settled run reaches: a cycle its states repeat, or a set they fill.
 
 use super::distribution::{Distribution, still_moves};
-use super::known::{Known, NEAR, Nearby};
+use super::known::{Known, MORE, NEAR, Nearby};
 use crate::study::ranges::Ranges;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -10,8 +10,6 @@ use std::ops::ControlFlow;
 const REPEATED: f64 = 1e-6;
 /// The longest cycle that is looked for, in returns.
 const LONGEST_CYCLE: usize = 32;
-/// The number of returns beyond one period that must repeat before a cycle is accepted.
-pub(super) const MORE: usize = 5;
 /// The states in which a cycle is looked for.
 pub(super) const SEEN: usize = LONGEST_CYCLE + 2 * (LONGEST_CYCLE + MORE);
 /// The distance below which repeated states are one but for roundings.

@@ -1,7 +1,5 @@
 //! Known attractors, and the test by which a run reaches one of them.
 
-use super::found::{MORE, SEEN};
-use super::survey::Survey;
 use crate::digits::in_short;
 use crate::study::attractor::{Attractor, REST, Traits};
 use crate::study::metric::Metric;
@@ -13,6 +11,8 @@ use std::ops::ControlFlow;
 /// The largest distance of a state from a cycle that it has reached. Distances here are those of
 /// the metric of the survey.
 pub(super) const NEAR: f64 = 1e-3;
+/// The number of returns beyond one period that must repeat before a cycle is accepted.
+pub(super) const MORE: usize = 5;
 /// The least sides of the boxes of an attractor without a period, relative to its extents.
 pub(super) const BOX: f64 = 0.02;
 /// The number of last returns that are compared with the boxes, and the share of them that must lie
@@ -100,6 +100,11 @@ impl Known {
         &self.cycle
     }
 
+    /// Its points: those of the cycle, if it has one.
+    pub(super) fn points(&self) -> &[Vec<f64>] {
+        if self.cycle.is_empty() { self.attractor.points() } else { &self.cycle }
+    }
+
     /// The distance from another attractor, relative to the extents of this one; infinite if they
     /// are of different kinds.
     pub(super) fn distance(&self, other: &Self) -> f64 {
@@ -140,11 +145,10 @@ pub(super) struct Nearby<'a> {
 
 impl<'a> Nearby<'a> {
     /// Compares up to return number `longest`.
-    pub(super) fn new(survey: &'a Survey<'_>, longest: u64) -> Self {
-        let Survey { basins, metric, attractors: known, .. } = survey;
+    pub(super) fn new(metric: &'a Metric, dof: usize, known: &'a [Known], longest: u64) -> Self {
         Self {
             metric,
-            dof: basins.problem.model.degrees(),
+            dof,
             known,
             longest,
             near: vec![0; known.len()],
@@ -185,21 +189,6 @@ impl<'a> Nearby<'a> {
     /// The periods of the coordinates that have one.
     pub(super) fn periods(&self) -> &[Option<f64>] {
         self.metric.periods()
-    }
-}
-
-impl Survey<'_> {
-    /// The known attractor that the points of a new one show, if they show one.
-    pub(super) fn same(&self, new: &Known) -> Option<usize> {
-        let points = match &new.cycle[..] {
-            [] => new.attractor.points(),
-            cycle => cycle,
-        };
-        // The points are repeated as often as the test of the longest cycle requires.
-        let mut nearby = Nearby::new(self, u64::MAX);
-        let again = points.iter().cycle().take(points.len().max(2 * SEEN));
-        let _ = (1..).zip(again).try_for_each(|(n, point)| nearby.compare(n, point));
-        nearby.reached
     }
 }
 

@@ -1,6 +1,6 @@
 //! The search for the attractors and their basins.
 
-use super::found::{Ended, Found, Shown};
+use super::found::{Ended, Found, SEEN, Shown};
 use super::known::{Known, Nearby};
 use super::map::{BasinMap, Cell};
 use super::path::Path;
@@ -98,10 +98,24 @@ impl<'a> Survey<'a> {
         }
     }
 
+    /// Compares a run with the attractors, up to return number `longest`.
+    fn nearby(&self, longest: u64) -> Nearby<'_> {
+        let dof = self.basins.problem.model.degrees();
+        Nearby::new(&self.metric, dof, &self.attractors, longest)
+    }
+
+    /// The known attractor that the points of a new one show, if they show one.
+    fn same(&self, new: &Known) -> Option<usize> {
+        // The points are repeated as often as the test of the longest cycle requires.
+        let (mut nearby, points) = (self.nearby(u64::MAX), new.points());
+        let again = points.iter().cycle().take(points.len().max(2 * SEEN));
+        let _ = (1..).zip(again).try_for_each(|(n, point)| nearby.compare(n, point));
+        nearby.reached
+    }
+
     /// Compares the runs of open cells with the attractors.
     fn compare(&mut self, open: &[usize]) -> Result<(), InputError> {
-        let watch =
-            |&i: &usize| Ok((self.basins.member(i)?, Nearby::new(self, self.basins.longest)));
+        let watch = |&i: &usize| Ok((self.basins.member(i)?, self.nearby(self.basins.longest)));
         let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
         let ended = self.ensemble.follow(members)?.into_iter();
         let ended: Vec<_> =
@@ -163,7 +177,7 @@ impl<'a> Survey<'a> {
 
     /// Follows runs until each reaches a known attractor or has settled.
     fn look<const STEPS: bool>(&self, open: &[usize]) -> Result<Vec<(Ended, Ending)>, InputError> {
-        let nearby = Nearby::new(self, self.basins.longest);
+        let nearby = self.nearby(self.basins.longest);
         let watch = |&i: &usize| Ok((self.basins.member(i)?, Found::<STEPS>::new(nearby.clone())));
         let members = open.iter().map(watch).collect::<Result<Vec<_>, InputError>>()?;
         let ended = self.ensemble.follow(members)?.into_iter();
@@ -185,7 +199,7 @@ impl<'a> Survey<'a> {
             }
             let last = known.attractor.points().last().filter(|_| known.cycle().is_empty());
             let Some(last) = last.filter(|_| self.same(known).is_none()) else { break };
-            let watch = Found::<false>::new(Nearby::new(self, 0));
+            let watch = Found::<false>::new(self.nearby(0));
             let mut run = self.basins.member_at(last)?;
             // A failure says when it happens.
             let interval = self.basins.section.interval(&run.model).unwrap_or(0.0);

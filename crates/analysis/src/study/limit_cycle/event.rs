@@ -16,7 +16,7 @@
 //! Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory (2004), section 10.3.
 
 use super::Cycle;
-use super::cycle::{Complex, product};
+use super::multipliers::{Complex, product};
 use serde::{Deserialize, Serialize};
 
 /// The imaginary part above which a multiplier is one of a complex pair.

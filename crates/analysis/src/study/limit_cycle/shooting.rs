@@ -11,7 +11,7 @@
 //! those by T and λ are differences of whole cycles, and only direct the corrections.
 
 use super::CycleFailure;
-use super::cycle::Determinant;
+use super::multipliers::Determinant;
 use crate::Model;
 use crate::progress::Progress;
 use crate::study::section::nearest;

@@ -1,11 +1,13 @@
 //! A map over steps and the values of one parameter.
 
+use super::batch::{Batch, batches};
 use super::error::MapError;
+use super::exact::{Exact, of_start};
 use super::image::Image;
 use super::lanes::WIDTH;
 use super::measure::Observations;
 use super::piece::{Piece, Place, StabilityRow, Way, cells};
-use super::reference::{Batch, Exact, Reference, References, batches, of_start};
+use super::reference::{Reference, References};
 use crate::progress::Progress;
 use crate::study::Problem;
 use crate::study::cell::map_queue;

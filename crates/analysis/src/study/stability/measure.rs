@@ -27,8 +27,8 @@
 
 use super::halves::Halves;
 use super::image::Image;
+use super::thresholds::{GROWTH, KEPT_ON_MAPS};
 use super::track::Track;
-use super::verdict::GROWTH;
 use crate::study::side::{Side, lane_of, put_lane};
 use afterbay_core::{Mask, Passive, Scalar, StateRef, System};
 
@@ -277,10 +277,6 @@ pub(super) fn kinetic<T: Scalar>(p: &[T], hp: &[T]) -> T {
 pub(super) fn larger<T: Scalar>(a: T, b: T) -> T {
     T::select(a.lt(b), b, a)
 }
-
-/// On a stability map, K counts as kept if it moves by at most this share of |H| + Σ |w_j| + T. The
-/// roundings of 1e7 steps stay below this share, the error of an unresolved edge does not.
-pub const KEPT_ON_MAPS: f64 = 1e-8;
 
 impl Statistics<f64> {
     /// Whether a step has violated the passivity of the system.

@@ -1,11 +1,11 @@
 //! A map as a list of cells: tiles of neighbouring values and of steps that share a reference.
 
+use super::batch::{Batch, batches};
 use super::error::MapError;
 use super::lanes::WIDTH;
 use super::map::{Map, in_order};
 use super::measure::Observations;
 use super::piece::{Piece, Place, StabilityRow, Way, cells};
-use super::reference::{Batch, batches};
 use crate::progress::Progress;
 use crate::study::cell::{Cell, Study};
 use afterbay_methods::registry::Row;

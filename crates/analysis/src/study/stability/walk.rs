@@ -1,11 +1,12 @@
 //! An exact solution in progress, observed for many steps h at once.
 
+use super::batch::Event;
 use super::halves::Halves;
 use super::image::Image;
 use super::measure::{Scales, kinetic, larger};
-use super::reference::{Event, Reference, Standing};
+use super::reference::{Reference, Standing};
+use super::thresholds::SHARE;
 use super::track::{Track, sizes};
-use super::verdict::SHARE;
 use crate::study::side::{Side, lane_of};
 use afterbay_core::{StateRef, System};
 

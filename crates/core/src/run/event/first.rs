@@ -2,7 +2,7 @@
 
 use super::pole::Crossing;
 use super::side::Side;
-use super::{Direction, Event};
+use super::{Direction, Event, Within};
 use crate::error::IntegrateError;
 use crate::solver::zero_within;
 use crate::system::State;
@@ -39,9 +39,6 @@ impl Found {
         Self { event, share, there, poles: Vec::new(), due: Vec::new() }
     }
 }
-
-/// The state after a share of a step.
-pub(super) type Within<'a> = &'a mut dyn FnMut(f64) -> Result<State<Vec<f64>>, IntegrateError>;
 
 /// Looks for the first event on the way from one state to the next. A function that crosses zero
 /// twice within the step is seen if it is beyond zero at an event of another function: the way to

@@ -11,8 +11,7 @@
 //! from there to the zero, and z_i are the entries of the state. The second term covers methods
 //! that end their steps at numbers of t.
 
-use super::first::Within;
-use super::{EVENT_ROUNDINGS, Event};
+use super::{EVENT_ROUNDINGS, Event, Within};
 use crate::system::State;
 
 /// The time after which a zero that lies within roundings of t has been left, in units of the

@@ -1,7 +1,7 @@
 //! The table of the runs that did not complete, with their points.
 
 use crate::claim::in_short;
-use crate::record::Alike;
+use crate::manifest::Alike;
 use crate::sheet::Sheet;
 
 /// The most rows of the table. The record has all runs.

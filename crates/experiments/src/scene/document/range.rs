@@ -28,3 +28,20 @@ pub struct RangeTable {
     #[serde(default)]
     pub scale: Spacing,
 }
+
+/// A parameter of the system and its values.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterTable {
+    /// Its name.
+    pub name: String,
+    /// The first value.
+    pub from: f64,
+    /// The last value.
+    pub to: f64,
+    /// The number of values.
+    pub count: u64,
+    /// The spacing of the values.
+    #[serde(default)]
+    pub scale: Spacing,
+}

@@ -1,10 +1,9 @@
 //! The tables of studies of errors, energy and stability, and the list of all studies.
 
 use super::{
-    BasinsTable, BifurcationTable, LimitCycleTable, LyapunovTable, PoincareTable, ResonanceTable,
-    Spread,
+    BasinsTable, BifurcationTable, LimitCycleTable, LyapunovTable, ParameterTable, PoincareTable,
+    ResonanceTable, Spread,
 };
-use afterbay_analysis::Spacing;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -120,23 +119,6 @@ pub struct StabilityTable {
     /// [time]]. Runs with long steps end later.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<f64>,
-}
-
-/// A parameter of the system and its values.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ParameterTable {
-    /// Its name.
-    pub name: String,
-    /// The first value.
-    pub from: f64,
-    /// The last value.
-    pub to: f64,
-    /// The number of values.
-    pub count: u64,
-    /// The spacing of the values.
-    #[serde(default)]
-    pub scale: Spacing,
 }
 
 /// Very many steps.

@@ -1,7 +1,7 @@
 //! The contract of the tables: their columns.
 
 use super::PAPER;
-use afterbay_experiments::record::Files;
+use afterbay_experiments::data::Files;
 
 #[test]
 fn tables_follow_their_contract() {
