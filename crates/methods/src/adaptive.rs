@@ -9,6 +9,7 @@ mod noise;
 mod orders;
 mod projection;
 mod rates;
+mod slope_roundings;
 
 pub(crate) use budget::{
     Budget, ROUNDINGS, SHARES, Sizes, scales, size_of_first_or_nan, size_or_nan,
@@ -19,3 +20,4 @@ pub(crate) use noise::{ROUNDING_SUSPECTED_BELOW, is_noise};
 pub(crate) use orders::adaptive_of_orders;
 pub(crate) use projection::{LARGEST_PROJECTION, Projection, REFUSED_ERROR};
 pub(crate) use rates::Rates;
+pub(crate) use slope_roundings::SlopeRoundings;

@@ -24,7 +24,7 @@ pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
     Budget, End, KINK_ORDER, Kinks, Passage, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sizes,
-    is_noise, size_of_first_or_nan, size_or_nan,
+    SlopeRoundings, is_noise, size_of_first_or_nan, size_or_nan,
 };
 use crate::commit::not_finite;
 use crate::runge_kutta::{Embedded, P, Q, Stages, W};
@@ -35,6 +35,9 @@ use afterbay_core::{
 /// The rounding error of a slope, in roundings of ∂H/∂q, with that of the point of its stage.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
+/// Estimates below this share of the largest, relative to the allowed errors, do not count where
+/// the largest may be rounding. A choice.
+const SMALL_SHARE: f64 = 0.1;
 /// A step is near the limit of stability if a step longer by this factor would reach it. A choice.
 const NEAR_LIMIT: f64 = 1.25;
 /// A bound of |λ| is steady if it differs from the one before by at most this share. A choice.
@@ -74,6 +77,11 @@ pub struct Workspace<V: Vector> {
     until: u32,
     rates: Rates<V>,
     budget: Budget,
+    roundings: SlopeRoundings,
+    /// The largest factor by which the next step may be longer, where an estimate is rounding.
+    growth: f64,
+    /// Whether the step is the beginning of one that was accepted.
+    inside: bool,
 }
 
 impl<V: Vector> Workspace<V> {
@@ -102,6 +110,9 @@ impl<V: Vector> Workspace<V> {
             until: 1,
             rates: Rates::new(n),
             budget: Budget::new(tolerance, span, n - system.motors()),
+            roundings: SlopeRoundings::default(),
+            growth: f64::INFINITY,
+            inside: false,
         }
     }
 
@@ -156,6 +167,53 @@ impl<V: Vector> Workspace<V> {
         is_noise(system, [&end.q, &end.p], [*energy, end.energy, end.target(*energy)], last_defect)
     }
 
+    /// Whether an estimate is rounding of the slopes. `errors_allowed` are then raised to this
+    /// rounding.
+    #[cold]
+    fn is_rounding<B: Embedded>(
+        &mut self,
+        state: &State<V>,
+        error: f64,
+        estimates: [[f64; 3]; 2],
+        errors_allowed: &mut [f64; 3],
+    ) -> bool {
+        let unit = B::ESTIMATE_ROUNDINGS * V::Scalar::EPSILON * self.length;
+        let size = |part: &V| size_of_first_or_nan(part, self.free);
+        let ends = [0, B::ROWS.len() - 1].map(|stage| self.stages.slopes(stage).map(size));
+        let [v, f] = [0, 1].map(|part| ends[0][part].max(ends[1][part]));
+        let force = f + size(&self.stages.start).max(size(&self.stages.hq));
+        let [by_v, by_f] = self.rates.by_time().map(|slope| state.t.to_f64().abs() * slope);
+        let (v, force) = (v + by_v, force + by_f);
+        let roundings = [v, force, force * v].map(|slope| unit * slope);
+        // The estimates that make the error what it is must be within their roundings.
+        let other = if error > 1.0 { 1.0 } else { SMALL_SHARE * error };
+        let bounds = [0, 1, 2].map(|part| roundings[part].max(other * errors_allowed[part]));
+        if self.relative_error(estimates, bounds) > 1.0 {
+            self.roundings.end();
+            return false;
+        }
+        let growth =
+            if self.inside { Some(1.0) } else { self.roundings.accepts(self.length, error) };
+        let Some(growth) = growth else { return false };
+        self.growth = growth;
+        errors_allowed.iter_mut().zip(bounds).for_each(|(allowed, least)| {
+            *allowed = allowed.max(least);
+        });
+        true
+    }
+
+    /// Makes K exact by the account of a drive, if the change is within the allowed error of
+    /// energies. Near rest no small change of (q, p) may do so.
+    #[cold]
+    fn balances_account<S>(&mut self, system: &S, allowed: f64) -> bool
+    where
+        S: System<V::Scalar> + ?Sized,
+    {
+        self.end.measure(system);
+        let missing = (self.end.target(self.energy) - self.end.energy).abs().to_f64();
+        missing <= allowed && self.end.balance(system, self.energy)
+    }
+
     /// The largest factor by which the step may be lengthened while staying stable.
     #[inline]
     fn stable_growth<B: Embedded>(&self, length: f64) -> f64 {
@@ -181,7 +239,7 @@ impl<V: Vector> Workspace<V> {
         B: Embedded,
         S: Curvature<V::Scalar> + ?Sized,
     {
-        (self.length, self.ended) = (h.to_f64().abs(), false);
+        (self.length, self.ended, self.growth) = (h.to_f64().abs(), false, f64::INFINITY);
         let sizes = Sizes::of(state, self.energy, self.free);
         let budget = &self.budget;
         let mut errors_allowed = budget.allowed_of_equal_steps::<V::Scalar>(sizes, self.length);
@@ -216,13 +274,22 @@ impl<V: Vector> Workspace<V> {
             let End { q, p, gain, .. } = &self.end;
             return Err(not_finite([q, p, gain].map(V::as_slice)));
         }
-        let error = if passage == Passage::Returned { error.max(REFUSED_ERROR) } else { error };
+        let returned = passage == Passage::Returned;
+        let mut error = if returned { error.max(REFUSED_ERROR) } else { error };
+        let doubtful = self.smooth && (error > 1.0 || self.roundings.is_active());
+        if doubtful && self.is_rounding::<B>(state, error, estimates, &mut errors_allowed) {
+            error = 0.0;
+        }
         if error > 1.0 {
             self.ended = self.end.balance(system, self.energy);
             return Ok(error);
         }
         if let Err(ratio) = self.project::<B, S>(system, errors_allowed) {
             self.finish::<B>(h, state);
+            if self.balances_account(system, errors_allowed[2]) {
+                self.ended = true;
+                return Ok(error);
+            }
             if error > ROUNDING_SUSPECTED_BELOW || !self.is_noise(system)? {
                 self.ended = self.end.balance(system, self.energy);
                 return Ok(ratio.max(REFUSED_ERROR));
@@ -264,7 +331,8 @@ impl<V: Vector> Workspace<V> {
         let order = if self.smooth { order } else { KINK_ORDER };
         let evaluations = B::ROWS.len() as u64 - 1 + first;
         let effort = Effort { evaluations, iterations: 0 };
-        Ok(Attempt { error, order, largest_growth: self.stable_growth::<B>(length), effort })
+        let largest_growth = self.stable_growth::<B>(length).min(self.growth);
+        Ok(Attempt { error, order, largest_growth, effort })
     }
 
     /// The coordinates at the end of the step.
@@ -279,6 +347,7 @@ impl<V: Vector> Workspace<V> {
         self.budget.spend(self.length);
         self.energy = self.end.energy;
         self.last_defect = f64::INFINITY;
+        self.roundings.moved();
         // A step across a break is taken whatever its error is. H is then evaluated anew.
         (self.begun, self.measured) = (false, self.ended);
     }
@@ -298,9 +367,10 @@ impl<V: Vector> Workspace<V> {
         (self.begun, self.measured) = (false, false);
         self.begin(system, before);
         // There is no longer step to compare with.
-        self.last_defect = 0.0;
+        (self.last_defect, self.inside) = (0.0, true);
         let error = self.step::<B, S>(system, h, before);
         (self.begun, self.measured, self.last_defect) = (false, false, f64::INFINITY);
+        self.inside = false;
         if error? > 1.0 {
             self.end.measure(system);
             let excess = (self.end.energy - self.end.target(self.energy)).to_f64();

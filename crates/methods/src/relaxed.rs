@@ -26,7 +26,8 @@
 //!
 //! K depends on γ through f·H''f, the curvature of H along the step. Where that is small beside its
 //! terms, as on the flanks of a double well, where it changes sign, γ would be far from 1. Such a
-//! step has γ = 1, and (q, p) is moved along ∇H instead, by the size of the error of the step.
+//! step has γ = 1, and (q, p) is moved along ∇H instead, by the size of the error of the step. So has
+//! a step from rest in which a drive begins (`rest.rs`).
 //!
 //! A step **fails** with [`StepFailure::NoRelaxationRoot`], and leaves the state unchanged, where γ
 //! is not within ½ of 1, or the move longer than 1/16 of the increments. This happens beyond the
@@ -38,6 +39,7 @@
 //! hold one number: there are no lanes.
 
 mod direction;
+mod rest;
 mod root;
 mod track;
 

@@ -20,6 +20,8 @@ pub(crate) struct Rates<V: Vector> {
     inverse_masses: V,
     /// The largest change of p' for changes of q with entries up to 1, and the same for p.
     force: [f64; 2],
+    /// The largest |∂q_i'/∂t| and |∂p_i'/∂t|, see [`Self::by_time`].
+    by_time: [f64; 2],
 }
 
 /// The properties of the blocks that row sums do not show.
@@ -54,12 +56,19 @@ impl<V: Vector> Rates<V> {
             mixed: [zeros(), zeros()],
             inverse_masses: zeros(),
             force: [0.0; 2],
+            by_time: [0.0; 2],
         }
     }
 
     /// A bound of the change of p' with (q, p) of this size, at the point seen last.
     pub(crate) fn force(&self, [q, p]: [f64; 2]) -> f64 {
         self.force[0] * q + self.force[1] * p
+    }
+
+    /// The largest derivatives of q' and p' with respect to the times of motors, at the points seen
+    /// so far. Those seen before count half as much at each new point.
+    pub(crate) fn by_time(&self) -> [f64; 2] {
+        self.by_time
     }
 
     /// Returns an estimate of the largest frequency, √(b |Hqq|), which is an upper bound if H is
@@ -158,8 +167,15 @@ impl<V: Vector> Rates<V> {
         }
         let (mut coupled, mut backward) = (false, false);
         let free = system.dof() - system.motors();
+        let [mut of_v, mut of_f] = self.by_time.map(|before| 0.5 * before);
         system.curvature(q.as_slice(), p.as_slice(), |block, i, j, value| {
             if i >= free || j >= free {
+                let size = value.abs().to_f64();
+                match block {
+                    Block::Hqp if j < free => of_v = of_v.max(size),
+                    Block::Hqq | Block::Dq if i < free => of_f = of_f.max(size),
+                    _ => {}
+                }
                 return;
             }
             let root = |i: usize| inverse_masses[i].sqrt();
@@ -191,6 +207,7 @@ impl<V: Vector> Rates<V> {
             }
             coupled |= i != j && matches!(block, Block::Hpp | Block::Dp);
         });
+        self.by_time = [of_v, of_f];
         Structure { coupled, backward }
     }
 }

@@ -9,7 +9,7 @@ use super::engine::Engine;
 use super::share::{Allowed, power};
 use super::stages::Stages;
 use crate::kernels::reductions::see_size;
-use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
+use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, System, Vector};
 
 /// The largest number of corrections of a step.
 const MOST_CORRECTIONS: u32 = 10;
@@ -56,7 +56,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         self.h = h;
         let length = h.to_f64();
         loop {
-            self.initial_guess(shift);
+            self.initial_guess(system, h, shift);
             if self.renew {
                 self.place((S - 3) / 2, state);
                 self.equations.evaluate(system, &self.at[0], &self.at[1]);
@@ -80,9 +80,20 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     }
 
     #[inline(always)]
-    fn initial_guess(&mut self, shift: Option<[V::Scalar; 2]>) {
+    fn initial_guess<F>(&mut self, system: &F, h: V::Scalar, shift: Option<[V::Scalar; 2]>)
+    where
+        F: System<V::Scalar> + ?Sized,
+    {
         let known = shift.filter(|[_, ratio]| ratio.to_f64().abs() <= LARGEST_STRETCH);
-        let Some([offset, ratio]) = known else { return self.trial.rest() };
+        let Some([offset, ratio]) = known else {
+            self.trial.rest();
+            // The coordinates of motors are times, which are known.
+            let motors = self.at[0].as_slice().len() - system.motors()..;
+            for (q, &node) in self.trial.q.iter_mut().zip(&self.tables.nodes) {
+                q.as_mut_slice()[motors.clone()].fill(h * node);
+            }
+            return;
+        };
         if self.extrapolation_for != shift {
             self.extrapolation = self.tables.extrapolation(offset, ratio);
             self.extrapolation_for = shift;

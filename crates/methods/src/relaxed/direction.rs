@@ -89,6 +89,12 @@ impl<V: Vector> Direction<V> {
         (terms(&state.q, &self.q, q) + terms(&state.p, &self.p, p) + held).to_f64()
     }
 
+    /// Whether ∇H of the first degrees of freedom, which are no motors, is zero at the start.
+    pub(super) fn begins_at_rest(&self, free: usize) -> bool {
+        let slopes = self.start_slopes().into_iter().flat_map(|slope| &slope.as_slice()[..free]);
+        slopes.into_iter().all(|x| x.to_f64() == 0.0)
+    }
+
     /// Whether `change` times d moves the state by more than a rounding.
     pub(super) fn feel(&self, state: &State<V>, change: V::Scalar) -> bool {
         let largest = |part: &V| max_norm(part.as_slice());

@@ -20,16 +20,16 @@ const MOST_POINTS: u32 = 12;
 /// The error of K, in roundings of its terms, at which the search for γ ends.
 const MET_ROUNDINGS: f64 = 2.0;
 /// The error of K, in roundings of its terms, accepted where the search makes no progress.
-const STALLED_K_ROUNDINGS: f64 = 8.0;
+pub(super) const STALLED_K_ROUNDINGS: f64 = 8.0;
 /// The least change of K over a step, in roundings of its terms, that determines γ: twice
 /// [`MET_ROUNDINGS`].
 const DETERMINING_ROUNDINGS: f64 = 4.0;
 
 /// A point of the chord, and the error of K there.
 #[derive(Clone, Copy)]
-struct Point<T> {
+pub(super) struct Point<T> {
     gamma: T,
-    excess: T,
+    pub(super) excess: T,
 }
 
 /// The new state, at the current γ.
@@ -86,6 +86,11 @@ impl<V: Vector> Chord<V> {
                 self.place(system, state, direction, root.gamma, total)?;
             }
             return Ok(root.gamma);
+        }
+        if direction.begins_at_rest(state.dof() - system.motors())
+            && self.leave_rest(system, state, direction, total)?
+        {
+            return Ok(one);
         }
         // On steps so short that the effect of γ is below rounding, the error of K is accepted.
         if lost <= STALLED_K_ROUNDINGS * unit {
@@ -198,7 +203,7 @@ impl<V: Vector> Chord<V> {
     }
 
     /// Sets the new state to γ, and returns the error of K.
-    fn place<S>(
+    pub(super) fn place<S>(
         &mut self,
         system: &S,
         state: &State<V>,

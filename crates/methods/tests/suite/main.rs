@@ -7,6 +7,7 @@
 mod adaptive;
 mod adaptive_accuracy;
 mod adaptive_memory;
+mod adaptive_roundings;
 mod adaptive_samples;
 mod adaptive_stiff;
 mod adaptive_units;
@@ -66,6 +67,7 @@ mod reference_kinks;
 mod refused_states;
 mod relaxed;
 mod relaxed_curvature;
+mod relaxed_from_rest;
 mod relaxed_short_steps;
 mod rest;
 mod rubbed;
