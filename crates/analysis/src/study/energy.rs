@@ -81,6 +81,8 @@ pub struct EnergyRun {
     pub method: Word,
     /// Every `every`-th state, and the last.
     pub rows: Vec<EnergyRow>,
+    /// The number of steps done.
+    pub steps: u64,
     /// max |K - K0| over all steps.
     pub drift: f64,
     /// The largest error of w over all steps.
@@ -182,7 +184,8 @@ fn follow(
     });
     let ending = Ending::of(&result, grid.steps, watch.steps);
     let (drift, violations) = (watch.drift, watch.violations());
-    Ok(EnergyRun { method: row.name, rows, drift, w: largest, violations, ending })
+    let steps = watch.steps;
+    Ok(EnergyRun { method: row.name, rows, steps, drift, w: largest, violations, ending })
 }
 
 fn finite(x: f64) -> Option<f64> {

@@ -101,11 +101,12 @@ const WINDOWS: i32 = 4;
 /// The number of samples per window.
 const SAMPLES: u64 = 100;
 
-/// The numbers of steps at which windows end.
+/// The numbers of steps at which windows end. The last window is at least half as long as others
+/// are, on a logarithmic scale.
 fn ends(steps: u64) -> Vec<u64> {
-    let end =
-        |k: i32| (FIRST as f64 * 10_f64.powf(f64::from(k) / f64::from(WINDOWS))).round() as u64;
-    let mut ends: Vec<_> = (0..).map(end).take_while(|&end| end < steps).collect();
+    let end = |k: f64| (FIRST as f64 * 10_f64.powf(k / f64::from(WINDOWS))).round() as u64;
+    let has_room = |k: &f64| end(k + 0.5) <= steps;
+    let mut ends: Vec<_> = (0..).map(f64::from).take_while(has_room).map(end).collect();
     ends.push(steps);
     ends
 }
@@ -325,5 +326,8 @@ mod tests {
     fn windows_are_four_a_decade() {
         assert_eq!(ends(1000), [100, 178, 316, 562, 1000]);
         assert_eq!(ends(50), [50]);
+        assert_eq!(ends(101), [101]);
+        assert_eq!(ends(317), [100, 178, 317]);
+        assert_eq!(ends(420), [100, 178, 316, 420]);
     }
 }

@@ -44,10 +44,13 @@ fn sheet(scene: &Scene, plan: &EnergyPlan, found: &[EnergyRun]) -> Result<Sheet,
 }
 
 fn readings(found: &[EnergyRun]) -> Readings {
+    // Without a step nothing deviates.
+    let of_steps = |run: &EnergyRun, number: f64| (run.steps > 0).then_some(number);
     found.iter().fold(Readings::default(), |r, run| {
-        r.and(run.method, "drift", run.drift)
-            .and(run.method, "error of w", run.w.error)
-            .and(run.method, "doubt of w", run.w.doubt)
+        r.and(run.method, "drift", of_steps(run, run.drift))
+            .and(run.method, "error of w", of_steps(run, run.w.error))
+            .and(run.method, "doubt of w", of_steps(run, run.w.doubt))
+            .and(run.method, "steps", run.steps as f64)
             .and(run.method, "run", run.ending.outcome)
     })
 }
@@ -56,15 +59,16 @@ const HEADER: [&str; 6] =
     ["method", "outcome", "max |K - K₀|", "max |w_j - w_j(t)|", "max |d_R|", "times Δw < 0"];
 
 fn cells(run: &EnergyRun) -> Vec<String> {
+    let has_steps = run.steps > 0;
     let ratios = run.rows.iter().filter_map(EnergyRow::measured_ratio);
-    let ratio = ratios.fold(Measured::default(), Measured::larger);
+    let violations = run.violations.filter(|_| has_steps);
     vec![
         run.method.into(),
         run.ending.describe(),
-        scientific(Some(run.drift)),
-        measured(Some(run.w)),
-        measured(Some(ratio)),
-        run.violations.map_or("not counted".into(), |count| count.to_string()),
+        scientific(has_steps.then_some(run.drift)),
+        measured(has_steps.then_some(run.w)),
+        measured(ratios.reduce(Measured::larger)),
+        violations.map_or("not counted".into(), |count| count.to_string()),
     ]
 }
 
@@ -149,6 +153,9 @@ fn k_and_w(r: &Readings) -> Said {
     let one = |name: &str| {
         let [error, doubt] = ["error of w", "doubt of w"].map(|what| r.number(name, what));
         let (drift, w) = (r.number(name, "drift"), Measured { error, doubt });
+        if r.number(name, "steps") == 0.0 {
+            return format!("{name}: no step{}", ended(r, name));
+        }
         format!("{name}: K off by {}, w by {w}{}", deviation(drift), ended(r, name))
     };
     (note(all_completed(r, "drift")), r.each("drift", one))

@@ -1,10 +1,10 @@
 //! Global errors and their orders.
 
 use super::declared::{Boxed, section};
-use super::local_orders::{orders_of_three, slopes};
+use super::local_orders::{claims, off_their_order, orders_of_three, slopes};
 use super::names;
 use crate::chart::{Axis, LineChart, Style};
-use crate::claim::{Readings, Said, list};
+use crate::claim::{Readings, Said};
 use crate::manifest::RunOutcome;
 use crate::report::Verdict;
 use crate::scene::{Scene, StepsPlan};
@@ -12,16 +12,10 @@ use crate::sheet::{ReportError, Sheet, decimal, measured, of_errors};
 use afterbay_analysis::study::VARIABLES;
 use afterbay_analysis::study::global_order::{GlobalOrder, GlobalRow, ROUNDING};
 use afterbay_analysis::study::outcome::Ending;
-use afterbay_methods::registry::{Order, Row};
+use afterbay_methods::registry::Row;
 
 /// The table from which the charts are made.
 const DATA: &str = "global_orders";
-/// An order found this far below the claimed one is not that of the method. A choice.
-const FAR_BELOW: f64 = 0.7;
-/// Nor is one of more than this many times the claimed order. A choice: errors may happen to fall
-/// at twice the order.
-const FAR_ABOVE: f64 = 2.5;
-
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a StepsPlan) -> Boxed<'a> {
     let mut steps = plan.steps.clone();
     steps.sort_by(|a, b| b.total_cmp(a));
@@ -50,12 +44,7 @@ fn sheet(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow]) -> Result<Sheet, 
     let readings = plan.methods.iter().fold(Readings::default(), |r, row| {
         let orders = VARIABLES.map(|variable| order(found, row.name, variable));
         let r = VARIABLES.iter().zip(orders).fold(r, |r, (of, order)| r.and(row.name, of, order));
-        match row.order() {
-            Order::Of(claimed) if orders.iter().any(Option::is_some) => {
-                r.and(row.name, "claimed", f64::from(claimed))
-            }
-            _ => r,
-        }
+        if orders.iter().any(Option::is_some) { claims(r, row, [row.order(); 3]) } else { r }
     });
     sheet.find("Global orders of q / p / w", readings, global);
     sheet.table(&HEADER, plan.methods.iter().map(|row| cells(found, row)).collect());
@@ -77,11 +66,13 @@ const HEADER: [&str; 8] =
     ["method", "order", "found in q", "p", "w", "error of q at the finest step", "of p", "of w"];
 
 fn cells(found: &[GlobalRow], row: &Row) -> Vec<String> {
-    let finest =
-        |variable| GlobalRow::of(found, row.name, variable).filter_map(GlobalRow::measured);
+    let at_finest = |variable| match GlobalRow::of(found, row.name, variable).next_back() {
+        Some(run) if run.error.is_none() => run.outcome.to_owned(),
+        run => measured(run.and_then(GlobalRow::measured)),
+    };
     let mut cells = vec![row.name.into(), row.order().to_string()];
     cells.extend(VARIABLES.map(|variable| decimal(order(found, row.name, variable))));
-    cells.extend(VARIABLES.map(|variable| measured(finest(variable).next_back())));
+    cells.extend(VARIABLES.map(at_finest));
     cells
 }
 
@@ -102,22 +93,11 @@ fn chart(scene: &Scene, plan: &StepsPlan, found: &[GlobalRow], variable: &str) -
 }
 
 fn global(r: &Readings) -> Said {
-    let mut statement = orders_of_three(r, 2, "–");
-    let is_off = |name: &str, claimed: f64| {
-        let is_far = |order: f64| order < claimed - FAR_BELOW || order > FAR_ABOVE * claimed;
-        VARIABLES.iter().any(|variable| is_far(r.number(name, variable)))
-    };
-    let off: Vec<String> = r
-        .numbers("claimed")
-        .into_iter()
-        .filter(|&(name, claimed)| is_off(name, claimed))
-        .map(|(name, _)| name.to_owned())
-        .collect();
-    if !off.is_empty() {
+    let mut statement = orders_of_three(r, 2, |_| "–");
+    if let Some((off, poles)) = off_their_order(r) {
         statement += &format!(
-            " The errors of {} do not fall at their order: these steps are too long for it, the \
-             motion is too sensitive, or it has kinks.",
-            list(off)
+            " The errors of {off} do not fall at their order: these steps are too long for it, the \
+             motion is too sensitive, or it has kinks{poles}."
         );
     }
     (Verdict::Note, statement)
@@ -126,12 +106,14 @@ fn global(r: &Readings) -> Said {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use afterbay_methods::registry::{Order, find};
 
     #[test]
     fn errors_that_do_not_fall_at_their_order_are_named() {
         let of = |r: Readings, name: &str, orders: [f64; 3]| {
             let found = VARIABLES.iter().zip(orders);
-            found.fold(r, |r, (of, order)| r.and(name, of, order)).and(name, "claimed", 4.0)
+            let r = found.fold(r, |r, (of, order)| r.and(name, of, order));
+            claims(r, find(name).unwrap(), [Order::Of(4); 3])
         };
         let right = of(Readings::default(), "rk4", [4.02, 3.97, 3.6]);
         assert_eq!(global(&right).1, "rk4 4.02 / 3.97 / 3.60.");
@@ -139,5 +121,23 @@ mod tests {
         assert!(said.contains(" The errors of collocation-4 do not fall at their order"), "{said}");
         let (_, said) = global(&of(Readings::default(), "rk4", [75.09, 98.79, 148.46]));
         assert!(said.contains(" The errors of rk4 do not fall at their order"), "{said}");
+    }
+    #[test]
+    fn a_method_that_fails_at_the_finest_step_has_no_error_there() {
+        let method = find("rk4").unwrap();
+        let row = |(i, h): (usize, f64)| GlobalRow {
+            method: method.name,
+            variable: VARIABLES[i % 3],
+            h,
+            error: (h > 0.1).then_some(1e-4),
+            order: None,
+            doubt: 0.0,
+            outcome: if h > 0.1 { "completed" } else { "overflow" },
+            failure: None,
+        };
+        let rows: Vec<_> =
+            [0.2, 0.2, 0.2, 0.1, 0.1, 0.1].into_iter().enumerate().map(row).collect();
+        assert_eq!(cells(&rows, method)[5..], ["overflow"; 3]);
+        assert_eq!(cells(&rows[..3], method)[5], "1.0e-4");
     }
 }

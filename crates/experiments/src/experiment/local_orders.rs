@@ -3,16 +3,26 @@
 use super::declared::{Boxed, section};
 use super::names;
 use crate::chart::{Axis, LineChart};
-use crate::claim::{Readings, Said, fixed};
+use crate::claim::{Readings, Said, fixed, list};
 use crate::report::Verdict;
 use crate::scene::{LocalOrderPlan, Scene};
 use crate::sheet::{ReportError, Sheet, decimal, marked, scientific, table};
 use afterbay_analysis::study::VARIABLES;
 use afterbay_analysis::study::local_order::{LocalErrors, LocalOrders, OrderRow, Statistic, rows};
-use afterbay_methods::registry::Order;
+use afterbay_methods::registry::{Order, Row};
 
 /// The table from which the charts are made.
 const DATA: &str = "local_orders";
+
+/// The reading of the number of steps that failed.
+const FAILED: &str = "steps that failed";
+/// The readings of the orders of q, p and w that a method claims.
+const CLAIMED: [&str; 3] = ["claimed for q", "claimed for p", "claimed for w"];
+/// An order found this far below the claimed one is not that of the method. A choice.
+const FAR_BELOW: f64 = 0.7;
+/// Nor is one of more than this many times the claimed order. A choice: errors may happen to fall
+/// at twice the order.
+const FAR_ABOVE: f64 = 2.5;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a LocalOrderPlan) -> Boxed<'a> {
     let study = plan.study.of::<f64>(&scene.problem, &plan.methods);
@@ -53,8 +63,14 @@ fn readings(plan: &LocalOrderPlan, orders: &[OrderRow]) -> Readings {
     let median = |method: &str, variable: &str| {
         OrderRow::find(orders, method, variable, Statistic::Median)?.order
     };
-    names(&plan.methods).iter().fold(Readings::default(), |r, name| {
-        VARIABLES.iter().fold(r, |r, variable| r.and(name, variable, median(name, variable)))
+    plan.methods.iter().fold(Readings::default(), |r, row| {
+        let r = VARIABLES.iter().fold(r, |r, of| r.and(row.name, of, median(row.name, of)));
+        let failed = orders.iter().find(|order| order.method == row.name).map(|order| order.failed);
+        let r = match failed.filter(|count| *count > 0) {
+            Some(count) => r.and(row.name, FAILED, count as f64),
+            None => r,
+        };
+        claims(r, row, row.local_order)
     })
 }
 
@@ -103,7 +119,12 @@ fn chart(scene: &Scene, plan: &LocalOrderPlan, errors: &[LocalErrors], i: usize)
 
 /// An order, or the reason why there is none.
 fn order_of(row: &OrderRow) -> String {
-    if row.order.is_some() { decimal(row.order) } else { "none: below rounding".into() }
+    if row.order.is_some() { decimal(row.order) } else { no_order(row.failed > 0).into() }
+}
+
+/// The reason why there is no order.
+fn no_order(has_failed: bool) -> &'static str {
+    if has_failed { "none: failed or below rounding" } else { "none: below rounding" }
 }
 
 /// States which statistics use fewer than all steps, and why.
@@ -117,8 +138,8 @@ fn left_out(orders: &[OrderRow], steps: usize) -> String {
         return "All steps are used: their errors are at least ten times their rounding.".into();
     }
     format!(
-        "Steps with |T| less than ten times its rounding are left out. The rounding is the \
-         difference between the step in f64 and the same step in 106 bits, plus the rounding of \
+        "Steps that failed and those with |T| less than ten times its rounding are left out. The \
+         rounding is the difference between the step in f64 and the same step in 106 bits, plus the rounding of \
          the states compared, divided by h. Steps used where some are left out: {}.",
         all.join(", ")
     )
@@ -133,17 +154,57 @@ pub(super) fn slopes(orders: impl Iterator<Item = Order>) -> Vec<f64> {
 }
 
 fn local(r: &Readings) -> Said {
-    (Verdict::Note, orders_of_three(r, 3, "none: below rounding"))
+    let none = |name: &str| no_order(r.known(name, FAILED).is_some());
+    let mut statement = orders_of_three(r, 3, none);
+    let failed = r.numbers(FAILED).into_iter();
+    let failed: Vec<String> = failed.map(|(name, count)| format!("{name} {count}")).collect();
+    if !failed.is_empty() {
+        statement += &format!(" Steps that failed: {}.", failed.join(", "));
+    }
+    if let Some((off, poles)) = off_their_order(r) {
+        statement += &format!(
+            " The local errors of {off} do not fall at their order: these steps are too long for \
+             it, or the motion has kinks{poles}."
+        );
+    }
+    (Verdict::Note, statement)
 }
 
-/// The orders of q, p and w of every method. The word `none` stands for a missing one.
-pub(super) fn orders_of_three(r: &Readings, decimals: usize, none: &str) -> String {
+/// The orders of q, p and w of every method. What `none` says of a method stands for a missing one.
+pub(super) fn orders_of_three<'a>(
+    r: &Readings,
+    decimals: usize,
+    none: impl Fn(&str) -> &'a str,
+) -> String {
     let one = |name: &str| {
         let order = |variable: &str| match r.number(name, variable) {
-            order if order.is_nan() => none.into(),
+            order if order.is_nan() => none(name).into(),
             order => fixed(order, decimals),
         };
         format!("{name} {}", VARIABLES.map(order).join(" / "))
     };
     r.each(VARIABLES[0], one)
+}
+
+/// Adds the orders of q, p and w that a method claims, and whether its δ have poles.
+pub(super) fn claims(r: Readings, row: &Row, orders: [Order; 3]) -> Readings {
+    let claimed = CLAIMED.iter().zip(orders);
+    let claimed = claimed.filter_map(|(of, order)| Some((of, f64::from(order.number()?))));
+    let r = claimed.fold(r, |r, (of, order)| r.and(row.name, of, order));
+    if row.poles().is_empty() { r } else { r.and(row.name, "poles", "δ") }
+}
+
+/// The methods whose errors do not fall at the order they claim, and the end of a sentence about
+/// the causes if there are poles of δ among them.
+pub(super) fn off_their_order(r: &Readings) -> Option<(String, &'static str)> {
+    let is_off = |name: &&str| {
+        VARIABLES.iter().zip(CLAIMED).any(|(variable, claimed)| {
+            let (order, claimed) = (r.number(name, variable), r.number(name, claimed));
+            order < claimed - FAR_BELOW || order > FAR_ABOVE * claimed
+        })
+    };
+    let off: Vec<&str> = r.of_all(VARIABLES[0]).into_iter().filter(is_off).collect();
+    let has_poles = off.iter().any(|name| !r.word(name, "poles").is_empty());
+    let poles = if has_poles { ", or δ has poles" } else { "" };
+    (!off.is_empty()).then(|| (list(off.into_iter().map(str::to_owned)), poles))
 }

@@ -12,6 +12,13 @@ const AGREEMENT: f64 = 0.05;
 /// The conclusion from an exponent of 0.
 const NOT_GROWING: &str = "not growing";
 
+/// The conclusion from an exponent whose interval allows all of them.
+const NOT_KNOWN: &str = "not known";
+
+/// The share of the largest energy from which on K is lost. That energy contains the errors of H and
+/// w, so that larger deviations show no growth.
+const LOST: f64 = 0.1;
+
 /// The conclusion from a deviation that has grown and is level at the end, and the reading of it.
 const AT_FIRST: &str = "at first, and level at the end";
 const LEVEL: &str = "level";
@@ -48,12 +55,14 @@ fn curve(run: &LongRun) -> Curve {
 
 /// The conclusion from an exponent, as far as its interval allows one.
 pub(crate) fn grows(fit: &Fit) -> &'static str {
-    let margin = fit.margin.map_or(f64::INFINITY, |margin| margin.max(AGREEMENT));
+    // Two windows determine a line and no interval.
+    let Some(margin) = fit.margin.map(|margin| margin.max(AGREEMENT)) else { return NOT_KNOWN };
     let may_be = |exponent: f64| (fit.slope - exponent).abs() <= margin;
     if (may_be(0.0) || fit.slope < 0.0) && !may_be(0.5) {
         return NOT_GROWING;
     }
     match (may_be(0.5), may_be(1.0)) {
+        (true, true) if may_be(0.0) => NOT_KNOWN,
         (true, true) => "like √t or like t",
         (true, false) if may_be(0.0) => "like √t, or not at all",
         (true, false) => "like √t",
@@ -71,7 +80,7 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
         run.setup.label(),
         growth.map_or(String::new(), |fit| format!("{:.2}", fit.slope)),
         growth.and_then(|fit| fit.margin).map_or(String::new(), |margin| format!("± {margin:.2}")),
-        growth.as_ref().map_or(String::new(), |fit| conclusion(fit, run.is_level())),
+        growth.as_ref().map_or(String::new(), |fit| conclusion(fit, is_level(run))),
         scientific(last.map(|row| row.rms)),
         scientific(last.map(|row| row.mean)),
         run.ending.describe(),
@@ -82,8 +91,7 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
 pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
     found.iter().fold(Readings::default().and("run", "steps", steps), |mut r, run| {
         let (label, growth) = (run.setup.label(), run.growth());
-        let has_grown = growth.as_ref().is_some_and(|fit| grows(fit) != NOT_GROWING);
-        if has_grown && run.is_level() {
+        if is_level(run) {
             r.add(&label, "at the end", LEVEL);
         }
         r.and(&label, "rms", run.rows.last().map(|row| row.rms))
@@ -104,19 +112,24 @@ pub(crate) fn growth(r: &Readings, label: &str) -> String {
     }
     let fit = Fit { slope, margin: (!margin.is_nan()).then_some(margin), points: 0 };
     let interval = fit.margin.map_or(String::new(), |margin| format!(" ± {margin:.2}"));
-    let growing = match grows(&fit) {
+    let growing = match conclusion(&fit, r.word(label, "at the end") == LEVEL).as_str() {
         NOT_GROWING => NOT_GROWING.to_owned(),
-        _ => {
-            format!("growing {}", conclusion(&fit, r.word(label, "at the end") == LEVEL))
-        }
+        NOT_KNOWN => format!("growth {NOT_KNOWN}"),
+        how => format!("growing {how}"),
     };
     format!("{growing} (exponent {slope:.2}{interval})")
+}
+
+/// Whether the deviation is level at the end, and K is not lost.
+fn is_level(run: &LongRun) -> bool {
+    run.is_level() && run.rows.last().is_some_and(|row| row.rms < LOST)
 }
 
 /// The conclusion from an exponent and from whether the deviation is level at the end.
 fn conclusion(fit: &Fit, is_level: bool) -> String {
     match grows(fit) {
         NOT_GROWING => NOT_GROWING.into(),
+        NOT_KNOWN => NOT_KNOWN.into(),
         _ if is_level => AT_FIRST.into(),
         how => how.into(),
     }
@@ -133,6 +146,14 @@ mod tests {
         assert_eq!([0.3, 0.5, 1.0].map(said), ["slower than √t", "like √t", "like t"]);
         let unsure = grows(&Fit { slope: 0.34, margin: Some(0.36), points: 9 });
         assert_eq!(unsure, "like √t, or not at all");
+    }
+
+    /// Two windows determine a line without an interval, and three may leave it wide.
+    #[test]
+    fn a_growth_that_few_windows_do_not_show_is_not_known() {
+        let said = |slope, margin| grows(&Fit { slope, margin, points: 3 });
+        assert_eq!([said(-9.76, None), said(1.0, None), said(-0.03, Some(2.3))], [NOT_KNOWN; 3]);
+        assert_eq!(said(-0.03, Some(0.6)), "like √t, or not at all");
     }
 
     /// The energy of RK4 on a damped oscillator is off by what the motion had at first.

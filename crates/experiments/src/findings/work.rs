@@ -176,7 +176,7 @@ pub(crate) fn cells(row: &WorkRow) -> Vec<String> {
         row.failure.clone().unwrap_or_else(|| row.outcome.into()),
         measured(row.qp()),
         measured(row.w()),
-        scientific(Some(row.k_drift)),
+        scientific((row.steps > 0).then_some(row.k_drift)),
         row.passivity_violations.map_or("not counted".into(), |count| count.to_string()),
         scientific(row.seconds),
         row.evaluations.map_or(String::new(), |count| count.to_string()),

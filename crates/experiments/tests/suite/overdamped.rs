@@ -102,7 +102,8 @@ fn energy_run(energies: [f64; 3], drift: f64, ending: Ending) -> EnergyRun {
         pumped: Vec::new(),
     };
     let rows = (0..3).map(row).collect();
-    EnergyRun { method: "any", rows, drift, w: Measured::default(), violations: Some(0), ending }
+    let (w, violations) = (Measured::default(), Some(0));
+    EnergyRun { method: "any", rows, steps: 2, drift, w, violations, ending }
 }
 
 fn completed() -> Ending {

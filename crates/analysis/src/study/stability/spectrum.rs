@@ -11,8 +11,8 @@ const LINEAR: f64 = 1e-9;
 /// The most sweeps of the eigenvalue iteration per row.
 const SWEEPS: usize = 100;
 
-/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on unit
-/// vectors. `None` if the step fails on one of them or is not linear.
+/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on 0 and on
+/// unit vectors. `None` if the step fails on one of these or is not affine.
 ///
 /// # Errors
 /// Invalid input.
@@ -30,15 +30,18 @@ pub(super) fn spectral_radius(
             Err(IntegrateError::Run(_) | IntegrateError::Interrupted) => Ok(None),
         }
     };
+    let origin = image(&vec![0.0; size])?.unwrap_or_else(|| vec![0.0; size]);
     // A sum in which all weights differ.
     let weights: Vec<f64> = (0..size).map(|i| 1.0 + 0.5 * (i as f64).sin()).collect();
     let Some(mut off) = image(&weights)? else { return Ok(None) };
+    off.iter_mut().zip(&origin).for_each(|(x, origin)| *x -= origin);
     let mut matrix = DMatrix::zeros(size, size);
     for i in 0..size {
         let mut unit = vec![0.0; size];
         unit[i] = 1.0;
         let Some(column) = image(&unit)? else { return Ok(None) };
         for (j, x) in column.into_iter().enumerate() {
+            let x = x - origin[j];
             matrix[(j, i)] = x;
             off[j] -= weights[i] * x;
         }
