@@ -1,8 +1,7 @@
 //! The command line.
 
 use crate::exit_code;
-use afterbay_experiments::data::DataFormat;
-use afterbay_experiments::data::Files;
+use afterbay_experiments::data::{DataFormat, Files};
 use afterbay_experiments::journal::Shard;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};

@@ -64,9 +64,7 @@ impl Artifact {
             Err(source) => Err(TableError { name, source }),
         }
     }
-}
 
-impl Artifact {
     /// Reads the contents, whether or not they are in memory.
     ///
     /// # Errors

@@ -35,6 +35,9 @@ use afterbay_core::{
 /// The rounding error of a slope, in roundings of ∂H/∂q, with that of the point of its stage.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
+/// The roundings of a slope up to which an estimate may be rounding, and no longer an error. A
+/// choice.
+const SLOPE_ROUNDINGS: f64 = 2.0;
 /// Estimates below this share of the largest, relative to the allowed errors, do not count where
 /// the largest may be rounding. A choice.
 const SMALL_SHARE: f64 = 0.1;
@@ -177,19 +180,15 @@ impl<V: Vector> Workspace<V> {
         estimates: [[f64; 3]; 2],
         errors_allowed: &mut [f64; 3],
     ) -> bool {
-        let unit = B::ESTIMATE_ROUNDINGS * V::Scalar::EPSILON * self.length;
-        let size = |part: &V| size_of_first_or_nan(part, self.free);
-        let ends = [0, B::ROWS.len() - 1].map(|stage| self.stages.slopes(stage).map(size));
-        let [v, f] = [0, 1].map(|part| ends[0][part].max(ends[1][part]));
-        let force = f + size(&self.stages.start).max(size(&self.stages.hq));
-        let [by_v, by_f] = self.rates.by_time().map(|slope| state.t.to_f64().abs() * slope);
-        let (v, force) = (v + by_v, force + by_f);
-        let roundings = [v, force, force * v].map(|slope| unit * slope);
-        // The estimates that make the error what it is must be within their roundings.
+        let roundings = self.roundings_of_slopes::<B>(state);
+        // Estimates below SMALL_SHARE of the largest do not count.
         let other = if error > 1.0 { 1.0 } else { SMALL_SHARE * error };
         let bounds = [0, 1, 2].map(|part| roundings[part].max(other * errors_allowed[part]));
-        if self.relative_error(estimates, bounds) > 1.0 {
-            self.roundings.end();
+        let known = bounds.iter().all(|bound| bound.is_finite());
+        if !known || self.relative_error(estimates, bounds) > 1.0 {
+            if !self.inside {
+                self.roundings.end();
+            }
             return false;
         }
         let growth =
@@ -202,8 +201,24 @@ impl<V: Vector> Workspace<V> {
         true
     }
 
+    /// The largest errors of q, p and energies that roundings of the slopes and of the time may
+    /// have in an estimate.
+    fn roundings_of_slopes<B: Embedded>(&self, state: &State<V>) -> [f64; 3] {
+        let unit = SLOPE_ROUNDINGS * B::ESTIMATE_ROUNDINGS * V::Scalar::EPSILON * self.length;
+        let Self { stages, free, .. } = self;
+        let size = |part: &V| size_of_first_or_nan(part, *free);
+        let ends = [0, B::ROWS.len() - 1].map(|stage| stages.slopes(stage));
+        let [v, f] = [0, 1].map(|part| size(ends[0][part]).max(size(ends[1][part])));
+        let force = f + size(&stages.start).max(size(&stages.hq));
+        let motors = ends.iter().flat_map(|[_, f]| &f.as_slice()[*free..]);
+        let power = motors.fold(force * v, |most, f| most.max(f.to_f64().abs()));
+        let t = state.t.to_f64().abs();
+        let [by_v, by_f, by_power] = self.rates.by_time().map(|slope| t * slope);
+        [v + by_v, force + by_f, power + by_f * v + by_power].map(|slope| unit * slope)
+    }
+
     /// Makes K exact by the account of a drive, if the change is within the allowed error of
-    /// energies. Near rest no small change of (q, p) may do so.
+    /// energies. Near rest it may be that no small change of (q, p) restores K.
     #[cold]
     fn balances_account<S>(&mut self, system: &S, allowed: f64) -> bool
     where
@@ -286,11 +301,12 @@ impl<V: Vector> Workspace<V> {
         }
         if let Err(ratio) = self.project::<B, S>(system, errors_allowed) {
             self.finish::<B>(h, state);
-            if self.balances_account(system, errors_allowed[2]) {
+            let is_noise = error <= ROUNDING_SUSPECTED_BELOW && self.is_noise(system)?;
+            if !is_noise && self.balances_account(system, errors_allowed[2]) {
                 self.ended = true;
                 return Ok(error);
             }
-            if error > ROUNDING_SUSPECTED_BELOW || !self.is_noise(system)? {
+            if !is_noise {
                 self.ended = self.end.balance(system, self.energy);
                 return Ok(ratio.max(REFUSED_ERROR));
             }

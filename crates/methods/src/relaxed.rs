@@ -26,11 +26,13 @@
 //!
 //! K depends on γ through f·H''f, the curvature of H along the step. Where that is small beside its
 //! terms, as on the flanks of a double well, where it changes sign, γ would be far from 1. Such a
-//! step has γ = 1, and (q, p) is moved along ∇H instead, by the size of the error of the step. So has
-//! a step from rest in which a drive begins (`rest.rs`).
+//! step has γ = 1, and (q, p) is moved along ∇H instead, by the size of the error of the step. If γ
+//! is not near 1 in a step from rest, in which a drive begins, the step has γ = 1 as well, and
+//! (q, p) is moved along d (`rest.rs`).
 //!
 //! A step **fails** with [`StepFailure::NoRelaxationRoot`], and leaves the state unchanged, where γ
-//! is not within ½ of 1, or the move longer than 1/16 of the increments. This happens beyond the
+//! is not within ½ of 1, the move along ∇H longer than 1/16 of the increments, or that from rest
+//! longer than four times d. This happens beyond the
 //! limit of stability, which relaxation does not change (|hλ| ≈ 2.8 for rk4).
 //!
 //! Systems whose V or D has kinks in t are refused: a step that ends late by its error may

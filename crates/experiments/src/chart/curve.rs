@@ -16,8 +16,8 @@ pub enum Style {
     Ring,
 }
 
-/// One curve of a [`LineChart`](super::LineChart). Its label determines colour, dash and marker. A label that begins
-/// with the name of a method has the same look in every chart.
+/// One curve of a [`LineChart`](super::LineChart). Its label determines colour, dash and marker. A
+/// label that begins with the name of a method has the same look in every chart.
 #[derive(Debug, Clone)]
 pub struct Curve {
     /// The name in the legend.

@@ -16,6 +16,7 @@ use afterbay_methods::registry::Row;
 
 /// The table from which the charts are made.
 const DATA: &str = "global_orders";
+
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a StepsPlan) -> Boxed<'a> {
     let mut steps = plan.steps.clone();
     steps.sort_by(|a, b| b.total_cmp(a));
@@ -122,6 +123,7 @@ mod tests {
         let (_, said) = global(&of(Readings::default(), "rk4", [75.09, 98.79, 148.46]));
         assert!(said.contains(" The errors of rk4 do not fall at their order"), "{said}");
     }
+
     #[test]
     fn a_method_that_fails_at_the_finest_step_has_no_error_there() {
         let method = find("rk4").unwrap();

@@ -139,8 +139,8 @@ fn left_out(orders: &[OrderRow], steps: usize) -> String {
     }
     format!(
         "Steps that failed and those with |T| less than ten times its rounding are left out. The \
-         rounding is the difference between the step in f64 and the same step in 106 bits, plus the rounding of \
-         the states compared, divided by h. Steps used where some are left out: {}.",
+         rounding is the difference between the step in f64 and the same step in 106 bits, plus \
+         the rounding of the states compared, divided by h. Steps used where some are left out: {}.",
         all.join(", ")
     )
 }
@@ -164,7 +164,7 @@ fn local(r: &Readings) -> Said {
     if let Some((off, poles)) = off_their_order(r) {
         statement += &format!(
             " The local errors of {off} do not fall at their order: these steps are too long for \
-             it, or the motion has kinks{poles}."
+             it, errors are near their roundings, or the motion has kinks{poles}."
         );
     }
     (Verdict::Note, statement)

@@ -15,13 +15,16 @@ const NOT_GROWING: &str = "not growing";
 /// The conclusion from an exponent whose interval allows all of them.
 const NOT_KNOWN: &str = "not known";
 
-/// The share of the largest energy from which on K is lost. That energy contains the errors of H and
-/// w, so that larger deviations show no growth.
+/// The share of the largest energy from which on K is lost. That energy contains the errors of H
+/// and w, so that larger deviations show no growth.
 const LOST: f64 = 0.1;
 
 /// The conclusion from a deviation that has grown and is level at the end, and the reading of it.
 const AT_FIRST: &str = "at first, and level at the end";
 const LEVEL: &str = "level";
+
+/// The reading of a deviation that is as large as the energy.
+const ALL_LOST: &str = "lost";
 
 /// The header of a table of [`cells`].
 pub(crate) const HEADER: [&str; 7] = [
@@ -80,7 +83,7 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
         run.setup.label(),
         growth.map_or(String::new(), |fit| format!("{:.2}", fit.slope)),
         growth.and_then(|fit| fit.margin).map_or(String::new(), |margin| format!("± {margin:.2}")),
-        growth.as_ref().map_or(String::new(), |fit| conclusion(fit, is_level(run))),
+        growth.as_ref().map_or(String::new(), |fit| conclusion(fit, at_end(run)).into()),
         scientific(last.map(|row| row.rms)),
         scientific(last.map(|row| row.mean)),
         run.ending.describe(),
@@ -91,8 +94,8 @@ pub(crate) fn cells(run: &LongRun) -> Vec<String> {
 pub(crate) fn readings(found: &[LongRun], steps: u64) -> Readings {
     found.iter().fold(Readings::default().and("run", "steps", steps), |mut r, run| {
         let (label, growth) = (run.setup.label(), run.growth());
-        if is_level(run) {
-            r.add(&label, "at the end", LEVEL);
+        if let Some(how) = at_end(run) {
+            r.add(&label, "at the end", how);
         }
         r.and(&label, "rms", run.rows.last().map(|row| row.rms))
             .and(&label, "exponent", growth.as_ref().map(|fit| fit.slope))
@@ -112,7 +115,7 @@ pub(crate) fn growth(r: &Readings, label: &str) -> String {
     }
     let fit = Fit { slope, margin: (!margin.is_nan()).then_some(margin), points: 0 };
     let interval = fit.margin.map_or(String::new(), |margin| format!(" ± {margin:.2}"));
-    let growing = match conclusion(&fit, r.word(label, "at the end") == LEVEL).as_str() {
+    let growing = match conclusion(&fit, Some(r.word(label, "at the end"))) {
         NOT_GROWING => NOT_GROWING.to_owned(),
         NOT_KNOWN => format!("growth {NOT_KNOWN}"),
         how => format!("growing {how}"),
@@ -120,18 +123,21 @@ pub(crate) fn growth(r: &Readings, label: &str) -> String {
     format!("{growing} (exponent {slope:.2}{interval})")
 }
 
-/// Whether the deviation is level at the end, and K is not lost.
-fn is_level(run: &LongRun) -> bool {
-    run.is_level() && run.rows.last().is_some_and(|row| row.rms < LOST)
+/// The deviation at the end of a run in a word, if it is lost or level.
+fn at_end(run: &LongRun) -> Option<&'static str> {
+    match run.rows.last() {
+        Some(row) if row.rms.is_nan() || row.rms >= LOST => Some(ALL_LOST),
+        _ => run.is_level().then_some(LEVEL),
+    }
 }
 
-/// The conclusion from an exponent and from whether the deviation is level at the end.
-fn conclusion(fit: &Fit, is_level: bool) -> String {
-    match grows(fit) {
-        NOT_GROWING => NOT_GROWING.into(),
-        NOT_KNOWN => NOT_KNOWN.into(),
-        _ if is_level => AT_FIRST.into(),
-        how => how.into(),
+/// The conclusion from an exponent and from the deviation [`at_end`].
+fn conclusion(fit: &Fit, at_end: Option<&str>) -> &'static str {
+    match (grows(fit), at_end) {
+        (NOT_GROWING, _) => NOT_GROWING,
+        (NOT_KNOWN, _) | (_, Some(ALL_LOST)) => NOT_KNOWN,
+        (_, Some(LEVEL)) => AT_FIRST,
+        (how, _) => how,
     }
 }
 
@@ -160,8 +166,9 @@ mod tests {
     #[test]
     fn a_deviation_that_has_grown_and_is_level_says_so() {
         let fit = Fit { slope: 0.5, margin: Some(0.14), points: 8 };
-        assert_eq!(conclusion(&fit, true), "at first, and level at the end");
-        assert_eq!(conclusion(&fit, false), "like √t");
-        assert_eq!(conclusion(&Fit { slope: 0.0, ..fit }, true), NOT_GROWING);
+        assert_eq!(conclusion(&fit, Some(LEVEL)), "at first, and level at the end");
+        assert_eq!(conclusion(&fit, None), "like √t");
+        assert_eq!(conclusion(&fit, Some(ALL_LOST)), NOT_KNOWN);
+        assert_eq!(conclusion(&Fit { slope: 0.0, ..fit }, Some(LEVEL)), NOT_GROWING);
     }
 }

@@ -20,8 +20,8 @@ pub(crate) struct Rates<V: Vector> {
     inverse_masses: V,
     /// The largest change of p' for changes of q with entries up to 1, and the same for p.
     force: [f64; 2],
-    /// The largest |∂q_i'/∂t| and |∂p_i'/∂t|, see [`Self::by_time`].
-    by_time: [f64; 2],
+    /// See [`Self::by_time`].
+    by_time: [f64; 3],
 }
 
 /// The properties of the blocks that row sums do not show.
@@ -56,7 +56,7 @@ impl<V: Vector> Rates<V> {
             mixed: [zeros(), zeros()],
             inverse_masses: zeros(),
             force: [0.0; 2],
-            by_time: [0.0; 2],
+            by_time: [0.0; 3],
         }
     }
 
@@ -65,9 +65,10 @@ impl<V: Vector> Rates<V> {
         self.force[0] * q + self.force[1] * p
     }
 
-    /// The largest derivatives of q' and p' with respect to the times of motors, at the points seen
-    /// so far. Those seen before count half as much at each new point.
-    pub(crate) fn by_time(&self) -> [f64; 2] {
+    /// The largest derivatives of q', p' and of the power of V with respect to the times of motors,
+    /// at the points seen so far, where they are finite. Those seen before count half as much at
+    /// each new point.
+    pub(crate) fn by_time(&self) -> [f64; 3] {
         self.by_time
     }
 
@@ -167,14 +168,18 @@ impl<V: Vector> Rates<V> {
         }
         let (mut coupled, mut backward) = (false, false);
         let free = system.dof() - system.motors();
-        let [mut of_v, mut of_f] = self.by_time.map(|before| 0.5 * before);
+        let mut by_time = [0.0_f64; 3];
         system.curvature(q.as_slice(), p.as_slice(), |block, i, j, value| {
             if i >= free || j >= free {
+                let part = match block {
+                    Block::Hqp if j < free => 0,
+                    Block::Hqq | Block::Dq if i < free => 1,
+                    Block::Hqq => 2,
+                    _ => return,
+                };
                 let size = value.abs().to_f64();
-                match block {
-                    Block::Hqp if j < free => of_v = of_v.max(size),
-                    Block::Hqq | Block::Dq if i < free => of_f = of_f.max(size),
-                    _ => {}
+                if size.is_finite() {
+                    by_time[part] = by_time[part].max(size);
                 }
                 return;
             }
@@ -207,7 +212,10 @@ impl<V: Vector> Rates<V> {
             }
             coupled |= i != j && matches!(block, Block::Hpp | Block::Dp);
         });
-        self.by_time = [of_v, of_f];
+        if !SCALED {
+            let before = self.by_time.map(|before| 0.5 * before);
+            self.by_time = std::array::from_fn(|part| by_time[part].max(before[part]));
+        }
         Structure { coupled, backward }
     }
 }

@@ -1,19 +1,19 @@
 //! Error estimates that are roundings of the slopes, which shorter steps do not reduce.
 //!
-//! An estimate is a sum of slopes whose weights cancel. Its rounding, a multiple of h ε |z'|, exceeds
-//! the allowed error in long runs at small tolerances; under a drive the roundings of the time add
-//! h ε |t| |∂z'/∂t|. Steps would shrink without end. The error of the method falls with a power of
-//! h, and a rounding with h alone. Two steps of different lengths therefore tell which of them an
-//! estimate is, if it is below the bound of its rounding:
+//! An estimate is a sum of slopes whose weights cancel. Its rounding, a multiple of h ε |z'|,
+//! exceeds the allowed error in long runs at small tolerances; under a drive the roundings of the
+//! time add h ε |t| |∂z'/∂t|. Steps would shrink without end. The error of the method falls with a
+//! power of h, and a rounding with h alone. Two steps of different lengths therefore tell which of
+//! them an estimate is, if it is below the bound of its rounding:
 //!
 //! - A step is rejected, and the shorter one that follows has an estimate per unit of time that is
 //!   not much smaller: both are roundings. The controller has chosen the shorter one for an error
 //!   that falls with its power of h, so that the error of the method is within the tolerance. The
-//!   step is accepted, and lengthened soon.
+//!   step is accepted, and the next but one is lengthened.
 //! - The estimate per unit of time has fallen: the longer step shows the error of the method, and
 //!   the shorter one has the right length. It is kept for a number of steps.
 //!
-//! Then a step of twice the length tests again.
+//! Then a step of twice the length tests again, in the first case twice that of the longer step.
 
 /// The steps of one length until the next test, where the last one has shown the error of the
 /// method. A choice.
@@ -23,10 +23,14 @@ const LENGTHENED: f64 = 2.0;
 /// The least ratio of the estimates per unit of time of a shorter step and a longer one that are
 /// rounding; an error of order r of a step of half the length has the ratio 2^(1-r). A choice.
 const LEAST_RATIO: f64 = 0.5;
-/// The largest ratio of an estimate per unit of time to the one tested, in steps of this length. A
+/// The largest ratio of two lengths that tell a rounding from an error: of order 7 an error of the
+/// longer step has a third of the estimate per unit of time in the shorter one. A choice, above the
+/// ratio to which the controller shortens a step.
+const SHORTER: f64 = 0.85;
+/// The largest ratio of a rounding per unit of time to the one tested, in steps of this length. A
 /// choice: roundings vary.
 const LARGEST_RATIO: f64 = 8.0;
-/// The most by which a step may be longer than the one tested: by its own rounding. A choice.
+/// The most by which a step may be longer than the one tested: by the rounding of times.
 const SAME_LENGTH: f64 = 1.01;
 
 /// A step and its estimate per unit of time.
@@ -36,13 +40,24 @@ struct Step {
     rate: f64,
 }
 
+/// A step that was tested.
+#[derive(Clone, Copy, Debug)]
+struct Tested {
+    step: Step,
+    /// Whether its estimate is rounding, and not the error of the method.
+    is_rounding: bool,
+    /// The steps left until the next test, and the length of that.
+    left: u32,
+    next_length: f64,
+}
+
 /// The last rejected step from the current state, and the last one tested.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SlopeRoundings {
     rejected: Option<Step>,
-    tested: Option<Step>,
-    /// The steps left until the next test.
-    left: u32,
+    tested: Option<Tested>,
+    /// What is known once the step that was accepted has been taken.
+    next: Option<Tested>,
 }
 
 impl SlopeRoundings {
@@ -51,35 +66,39 @@ impl SlopeRoundings {
         self.rejected.is_some() || self.tested.is_some()
     }
 
-    /// Whether the estimate of a step, below the bound of its rounding, says nothing of its error,
-    /// which is within the tolerance. `error` is relative to the allowed error. Returns the largest
-    /// factor by which the next step may be longer.
+    /// Whether a step is accepted because its estimate, which is below the bound of its rounding,
+    /// is rounding. `error` is relative to the allowed error. Returns the largest factor by which the
+    /// next step may be longer. Its length does not follow from this estimate.
     pub(crate) fn accepts(&mut self, length: f64, error: f64) -> Option<f64> {
         let step = Step { length, rate: error / length };
+        self.next = self.tested;
         if let Some(tested) = self.tested
-            && self.left > 0
-            && length <= SAME_LENGTH * tested.length
-            && step.rate <= LARGEST_RATIO * tested.rate
+            && tested.left > 0
+            && length <= SAME_LENGTH * tested.step.length
+            && (error <= 1.0 || tested.is_rounding && step.rate <= LARGEST_RATIO * tested.step.rate)
         {
-            self.left -= 1;
-            return Some(if self.left == 0 { LENGTHENED } else { 1.0 });
+            let left = tested.left - 1;
+            self.next = Some(Tested { left, ..tested });
+            // A step may have been shortened to end at a given time.
+            let wanted = if left == 0 { tested.next_length } else { tested.step.length };
+            return Some((wanted / length).max(1.0));
         }
         // A lengthened step that is accepted is a test, too.
-        let before = self.rejected.or(self.tested.filter(|_| error <= 1.0));
-        let [longer, shorter] = match before {
-            Some(before) if length < before.length => [before, step],
-            Some(before) => [step, before],
-            None => [step, step],
-        };
-        let is_rounding = before.is_some() && shorter.rate >= LEAST_RATIO * longer.rate;
+        let lengthened = self.tested.filter(|_| error <= 1.0).map(|tested| tested.step);
+        let before = self.rejected.or(lengthened);
+        let is_rounding = before.is_some_and(|before| are_roundings(before, step));
         if is_rounding || (error <= 1.0 && self.rejected.is_some()) {
-            let rate = if is_rounding { longer.rate.max(shorter.rate) } else { step.rate };
-            self.tested = Some(Step { rate, ..step });
-            self.left = if is_rounding { 1 } else { STEPS_A_TEST };
+            let rate = before.map_or(step.rate, |before| before.rate.max(step.rate));
+            let step = if is_rounding { Step { length, rate } } else { step };
+            let left = if is_rounding { 1 } else { STEPS_A_TEST };
+            // The longer of two roundings was not too long.
+            let longest = before.filter(|_| is_rounding).map_or(length, |it| it.length.max(length));
+            let next_length = LENGTHENED * longest;
+            self.next = Some(Tested { step, is_rounding, left, next_length });
             return Some(1.0);
         }
         if error <= 1.0 {
-            self.tested = None;
+            self.next = None;
         } else {
             self.rejected = Some(step);
         }
@@ -91,8 +110,62 @@ impl SlopeRoundings {
         *self = Self::default();
     }
 
-    /// The state has moved.
+    /// The step was taken.
     pub(crate) fn moved(&mut self) {
-        self.rejected = None;
+        *self = Self { tested: self.next, ..Self::default() };
+    }
+}
+
+/// Whether the estimates of two steps fall as roundings do.
+fn are_roundings(a: Step, b: Step) -> bool {
+    let [longer, shorter] = if a.length > b.length { [a, b] } else { [b, a] };
+    shorter.length <= SHORTER * longer.length && shorter.rate >= LEAST_RATIO * longer.rate
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two attempts at one state, of which the second is half as long, and what is said of them.
+    fn two(error: [f64; 2]) -> (SlopeRoundings, [Option<f64>; 2]) {
+        let mut roundings = SlopeRoundings::default();
+        let said = [roundings.accepts(1.0, error[0]), roundings.accepts(0.5, error[1])];
+        roundings.moved();
+        (roundings, said)
+    }
+
+    #[test]
+    fn an_estimate_that_falls_with_h_is_rounding() {
+        let (mut roundings, said) = two([6.0, 3.0]);
+        assert_eq!(said, [None, Some(1.0)]);
+        assert_eq!(roundings.accepts(0.5, 20.0), Some(4.0), "roundings vary");
+        roundings.moved();
+        assert_eq!(roundings.accepts(2.0, 14.0), None, "the next test");
+        assert_eq!(roundings.accepts(1.0, 7.0), Some(1.0));
+    }
+
+    #[test]
+    fn an_estimate_that_falls_with_a_power_of_h_is_an_error() {
+        let (_, said) = two([1000.0, 1000.0 * 0.5_f64.powi(8)]);
+        assert_eq!(said, [None, None], "too large, and an error");
+        let (mut roundings, said) = two([100.0, 100.0 * 0.5_f64.powi(8)]);
+        assert_eq!(said, [None, Some(1.0)], "within the tolerance");
+        assert_eq!(roundings.accepts(0.5, 2.0), None, "too large");
+    }
+
+    #[test]
+    fn steps_of_the_length_found_are_kept_until_the_next_test() {
+        let (mut roundings, _) = two([100.0, 100.0 * 0.5_f64.powi(8)]);
+        for left in (0..STEPS_A_TEST).rev() {
+            let expected = if left == 0 { LENGTHENED } else { 1.0 };
+            assert_eq!(roundings.accepts(0.5, 0.6), Some(expected), "{left}");
+            roundings.moved();
+        }
+    }
+
+    #[test]
+    fn a_step_that_was_cut_short_does_not_shorten_the_next() {
+        let (mut roundings, _) = two([100.0, 100.0 * 0.5_f64.powi(8)]);
+        assert_eq!(roundings.accepts(0.125, 0.1), Some(4.0));
     }
 }

@@ -12,25 +12,25 @@
 //! γ = 1.
 
 use super::direction::Direction;
-use super::root::{Chord, STALLED_K_ROUNDINGS};
+use super::root::{Chord, MET_ROUNDINGS, STALLED_K_ROUNDINGS};
 use crate::kernels::reductions::sum;
-use crate::rounding::rounding;
 use afterbay_core::{Scalar, State, StepFailure, System, Vector};
 
 /// The largest σ. A choice.
 const LONGEST: f64 = 4.0;
-/// The largest number of points evaluated. One is enough where H is quadratic.
+/// The largest number of points evaluated. Two are enough where H is quadratic.
 const MOST_POINTS: u32 = 12;
 
 impl<V: Vector> Chord<V> {
-    /// Moves (q, p) along d to the σ at which K is `total`. Returns whether there is one.
+    /// Moves (q, p) along d to the σ at which K is `total`, given the rounding `unit` of its terms.
+    /// Returns whether there is one.
     #[cold]
     pub(super) fn leave_rest<S>(
         &mut self,
         system: &S,
         state: &State<V>,
         direction: &Direction<V>,
-        total: V::Scalar,
+        [total, unit]: [V::Scalar; 2],
     ) -> Result<bool, StepFailure>
     where
         S: System<V::Scalar> + ?Sized,
@@ -41,9 +41,9 @@ impl<V: Vector> Chord<V> {
         let (mut last, mut next) = ((one, end), zero);
         for _ in 0..MOST_POINTS {
             let excess = self.scale(system, state, direction, next.sqrt(), total);
-            let held = sum([self.p.as_slice(), self.w.as_slice()], |[p, w]| p.abs() + w.abs());
-            let size = (self.energy.abs() + held).to_f64();
-            if excess.to_f64().abs() <= STALLED_K_ROUNDINGS * rounding::<V::Scalar>(size) {
+            // At σ = 0 the system stays at rest: nothing was supplied.
+            let most = if next == zero { MET_ROUNDINGS } else { STALLED_K_ROUNDINGS };
+            if excess.to_f64().abs() <= most * unit.to_f64() {
                 return Ok(true);
             }
             let slope = (excess - last.1) / (next - last.0);

@@ -1,5 +1,5 @@
-//! The relaxation parameter γ, the root of K(z0 + γ d, w0 + γ e) = K, and the projection of the step
-//! where K hardly depends on γ.
+//! The relaxation parameter γ, the root of K(z0 + γ d, w0 + γ e) = K, and the projection of the
+//! step where K hardly depends on γ.
 
 use super::direction::Direction;
 use crate::adaptive::Projection;
@@ -18,7 +18,7 @@ const LONGEST_PROJECTION: f64 = 1.0 / 16.0;
 /// The largest number of points evaluated.
 const MOST_POINTS: u32 = 12;
 /// The error of K, in roundings of its terms, at which the search for γ ends.
-const MET_ROUNDINGS: f64 = 2.0;
+pub(super) const MET_ROUNDINGS: f64 = 2.0;
 /// The error of K, in roundings of its terms, accepted where the search makes no progress.
 pub(super) const STALLED_K_ROUNDINGS: f64 = 8.0;
 /// The least change of K over a step, in roundings of its terms, that determines γ: twice
@@ -87,14 +87,14 @@ impl<V: Vector> Chord<V> {
             }
             return Ok(root.gamma);
         }
-        if direction.begins_at_rest(state.dof() - system.motors())
-            && self.leave_rest(system, state, direction, total)?
-        {
-            return Ok(one);
-        }
         // On steps so short that the effect of γ is below rounding, the error of K is accepted.
         if lost <= STALLED_K_ROUNDINGS * unit {
             self.place(system, state, direction, one, total)?;
+            return Ok(one);
+        }
+        if direction.begins_at_rest(state.dof() - system.motors())
+            && self.leave_rest(system, state, direction, [total, V::Scalar::from_f64(unit)])?
+        {
             return Ok(one);
         }
         // Terms that cancel inside H give it a rounding error that |H| does not show.

@@ -57,7 +57,7 @@ fn a_force_that_begins_at_a_grid_point_is_followed() {
     }
 }
 
-/// The energy of the motion begins as t⁴, and the first steps leave K off by h⁵: q and p are moved by
+/// The energy of the motion begins as t⁴, and the first steps leave K off by h⁵: (q, p) is moved by
 /// h³ to restore it.
 #[test]
 fn a_ramp_from_rest_has_order_three_and_a_switch_order_four() {

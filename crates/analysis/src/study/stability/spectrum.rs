@@ -11,8 +11,9 @@ const LINEAR: f64 = 1e-9;
 /// The most sweeps of the eigenvalue iteration per row.
 const SWEEPS: usize = 100;
 
-/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on 0 and on
-/// unit vectors. `None` if the step fails on one of these or is not affine.
+/// The largest |eigenvalue| of the 2N x 2N matrix of one step on (q, p), from its action on 0 and
+/// on unit vectors. `None` if the step fails on one of the unit vectors or is not affine. If it
+/// fails on 0 alone, where terms may vanish, it is tested as a linear one.
 ///
 /// # Errors
 /// Invalid input.
