@@ -37,7 +37,7 @@ use afterbay_core::{
 const STAGES_ROUNDINGS: f64 = 8.0;
 /// The roundings of a slope up to which an estimate may be rounding, and no longer an error. A
 /// choice.
-const SLOPE_ROUNDINGS: f64 = 2.0;
+const SLOPE_ROUNDINGS: f64 = 1.0;
 /// Estimates below this share of the largest, relative to the allowed errors, do not count where
 /// the largest may be rounding. A choice.
 const SMALL_SHARE: f64 = 0.1;
