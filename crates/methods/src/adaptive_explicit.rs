@@ -16,6 +16,7 @@
 //! |λ|, which is renewed from time to time. Steps do not allocate, except where K differs only by
 //! rounding, near rest.
 
+mod doubt;
 mod estimate;
 mod methods;
 mod passage;
@@ -24,9 +25,8 @@ pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
     Budget, End, KINK_ORDER, Kinks, Passage, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sizes,
-    SlopeRoundings, is_noise, size_of_first_or_nan, size_or_nan,
+    SlopeRoundings, is_noise, size_of_first_or_nan,
 };
-use crate::commit::not_finite;
 use crate::runge_kutta::{Embedded, P, Q, Stages, W};
 use afterbay_core::{
     Attempt, Curvature, Effort, Scalar, State, StepFailure, System, Tolerance, Vector,
@@ -35,12 +35,6 @@ use afterbay_core::{
 /// The rounding error of a slope, in roundings of ∂H/∂q, with that of the point of its stage.
 /// A choice: the estimate then does not reject steps whose error is rounding.
 const STAGES_ROUNDINGS: f64 = 8.0;
-/// The roundings of a slope up to which an estimate may be rounding, and no longer an error. A
-/// choice.
-const SLOPE_ROUNDINGS: f64 = 1.0;
-/// Estimates below this share of the largest, relative to the allowed errors, do not count where
-/// the largest may be rounding. A choice.
-const SMALL_SHARE: f64 = 0.1;
 /// A step is near the limit of stability if a step longer by this factor would reach it. A choice.
 const NEAR_LIMIT: f64 = 1.25;
 /// A bound of |λ| is steady if it differs from the one before by at most this share. A choice.
@@ -147,7 +141,7 @@ impl<V: Vector> Workspace<V> {
 
     /// Projects the end onto K. If the change exceeds the allowed one, returns the ratio of the two
     /// as the error.
-    #[inline]
+    #[inline(always)]
     fn project<B, S>(&mut self, system: &S, errors_allowed: [f64; 3]) -> Result<(), f64>
     where
         B: Embedded,
@@ -159,74 +153,35 @@ impl<V: Vector> Workspace<V> {
         end.project(system, slope, *energy, errors_allowed, 1.0).map(|_moved| ())
     }
 
-    /// Whether the error of K at the end is rounding. H there is evaluated anew.
+    /// Ends a step with this error, within the tolerance, whose end no allowed change of (q, p)
+    /// brings onto K, `ratio` being that change over the allowed one. If the error of K is rounding,
+    /// it stays. If it is within the allowed error of energies, the account of a drive takes it.
+    /// Otherwise the step is rejected. Returns the error of the step.
     #[cold]
-    fn is_noise<S>(&mut self, system: &S) -> Result<bool, StepFailure>
+    #[inline(never)]
+    fn without_projection<S>(
+        &mut self,
+        system: &S,
+        error: f64,
+        energy_allowed: f64,
+        ratio: f64,
+    ) -> Result<f64, StepFailure>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        let Self { end, energy, last_defect, .. } = self;
+        let Self { end, energy, last_defect, ended, .. } = self;
         end.measure(system);
-        is_noise(system, [&end.q, &end.p], [*energy, end.energy, end.target(*energy)], last_defect)
-    }
-
-    /// Whether an estimate is rounding of the slopes. `errors_allowed` are then raised to this
-    /// rounding.
-    #[cold]
-    fn is_rounding<B: Embedded>(
-        &mut self,
-        state: &State<V>,
-        error: f64,
-        estimates: [[f64; 3]; 2],
-        errors_allowed: &mut [f64; 3],
-    ) -> bool {
-        let roundings = self.roundings_of_slopes::<B>(state);
-        // Estimates below SMALL_SHARE of the largest do not count.
-        let other = if error > 1.0 { 1.0 } else { SMALL_SHARE * error };
-        let bounds = [0, 1, 2].map(|part| roundings[part].max(other * errors_allowed[part]));
-        let known = bounds.iter().all(|bound| bound.is_finite());
-        if !known || self.relative_error(estimates, bounds) > 1.0 {
-            if !self.inside {
-                self.roundings.end();
-            }
-            return false;
+        let energies = [*energy, end.energy, end.target(*energy)];
+        let missing = (energies[2] - energies[1]).abs().to_f64();
+        if error <= ROUNDING_SUSPECTED_BELOW
+            && is_noise(system, [&end.q, &end.p], energies, last_defect)?
+        {
+            *ended = true;
+            return Ok(error);
         }
-        let growth =
-            if self.inside { Some(1.0) } else { self.roundings.accepts(self.length, error) };
-        let Some(growth) = growth else { return false };
-        self.growth = growth;
-        errors_allowed.iter_mut().zip(bounds).for_each(|(allowed, least)| {
-            *allowed = allowed.max(least);
-        });
-        true
-    }
-
-    /// The largest errors of q, p and energies that roundings of the slopes and of the time may
-    /// have in an estimate.
-    fn roundings_of_slopes<B: Embedded>(&self, state: &State<V>) -> [f64; 3] {
-        let unit = SLOPE_ROUNDINGS * B::ESTIMATE_ROUNDINGS * V::Scalar::EPSILON * self.length;
-        let Self { stages, free, .. } = self;
-        let size = |part: &V| size_of_first_or_nan(part, *free);
-        let ends = [0, B::ROWS.len() - 1].map(|stage| stages.slopes(stage));
-        let [v, f] = [0, 1].map(|part| size(ends[0][part]).max(size(ends[1][part])));
-        let force = f + size(&stages.start).max(size(&stages.hq));
-        let motors = ends.iter().flat_map(|[_, f]| &f.as_slice()[*free..]);
-        let power = motors.fold(force * v, |most, f| most.max(f.to_f64().abs()));
-        let t = state.t.to_f64().abs();
-        let [by_v, by_f, by_power] = self.rates.by_time().map(|slope| t * slope);
-        [v + by_v, force + by_f, power + by_f * v + by_power].map(|slope| unit * slope)
-    }
-
-    /// Makes K exact by the account of a drive, if the change is within the allowed error of
-    /// energies. Near rest it may be that no small change of (q, p) restores K.
-    #[cold]
-    fn balances_account<S>(&mut self, system: &S, allowed: f64) -> bool
-    where
-        S: System<V::Scalar> + ?Sized,
-    {
-        self.end.measure(system);
-        let missing = (self.end.target(self.energy) - self.end.energy).abs().to_f64();
-        missing <= allowed && self.end.balance(system, self.energy)
+        *ended = end.balance(system, *energy);
+        let is_small = *ended && missing <= energy_allowed;
+        Ok(if is_small { error } else { ratio.max(REFUSED_ERROR) })
     }
 
     /// The largest factor by which the step may be lengthened while staying stable.
@@ -255,61 +210,56 @@ impl<V: Vector> Workspace<V> {
         S: Curvature<V::Scalar> + ?Sized,
     {
         (self.length, self.ended, self.growth) = (h.to_f64().abs(), false, f64::INFINITY);
+        let errors_allowed = self.errors_allowed::<B>(state);
+        self.stages.advance::<B, S>(system, h, state);
+        self.finish::<B>(h, state);
+        let passage = self.passage::<B, S>(system, h, state);
+        self.smooth = passage == Passage::Smooth;
+        if self.smooth && !self.roundings.is_active() {
+            let error = self.relative_error(self.estimates::<B>(), errors_allowed);
+            if error <= 1.0 {
+                return self.end_step::<B, S>(system, h, state, error, errors_allowed);
+            }
+        }
+        self.end_in_doubt::<B, S>(system, h, state, passage)
+    }
+
+    /// The errors of q, p and energies allowed for the step.
+    #[inline(always)]
+    fn errors_allowed<B: Embedded>(&self, state: &State<V>) -> [f64; 3] {
         let sizes = Sizes::of(state, self.energy, self.free);
-        let budget = &self.budget;
-        let mut errors_allowed = budget.allowed_of_equal_steps::<V::Scalar>(sizes, self.length);
+        let [q, p, w] = self.budget.allowed_of_equal_steps::<V::Scalar>(sizes, self.length);
         // If forces cancel, as in a long chain, roundings of q change the slopes of p by much more
         // than the roundings of these slopes.
         let force = self.rates.force([sizes.q, sizes.p]);
         let start = size_of_first_or_nan(&self.stages.start, self.free);
         let slope = V::Scalar::EPSILON * force.max(start);
         let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * slope * self.length;
-        errors_allowed[1] = errors_allowed[1].max(rounding);
-        self.stages.advance::<B, S>(system, h, state);
-        self.finish::<B>(h, state);
-        let passage = self.passage::<B, S>(system, h, state);
-        self.smooth = passage == Passage::Smooth;
-        if !self.smooth {
-            self.allow_roundings_of_time::<B>(state.t, &mut errors_allowed);
-        }
-        let estimates = self.estimates::<B>();
-        let mut error = self.relative_error(estimates, errors_allowed);
-        if error > 1.0 {
-            // The estimate for w contains roundings of the gain of w, which exceed those of w if w
-            // is small at the start.
-            let gain = V::Scalar::EPSILON * size_or_nan(&self.end.gain);
-            let rounding = STAGES_ROUNDINGS * B::ESTIMATE_ROUNDINGS * gain;
-            errors_allowed[2] = errors_allowed[2].max(rounding);
-            error = self.relative_error(estimates, errors_allowed);
-        }
-        // A ratio that overflows is an error that is too large; numbers that are not finite give
-        // NaN.
-        let error = if error == f64::INFINITY { f64::MAX } else { error };
-        if !error.is_finite() {
-            let End { q, p, gain, .. } = &self.end;
-            return Err(not_finite([q, p, gain].map(V::as_slice)));
-        }
-        let returned = passage == Passage::Returned;
-        let mut error = if returned { error.max(REFUSED_ERROR) } else { error };
-        let doubtful = self.smooth && (error > 1.0 || self.roundings.is_active());
-        if doubtful && self.is_rounding::<B>(state, error, estimates, &mut errors_allowed) {
-            error = 0.0;
-        }
+        [q, p.max(rounding), w]
+    }
+
+    /// Ends a step with this error relative to the allowed ones: with K exact, or rejected. Returns
+    /// the error.
+    #[inline(always)]
+    fn end_step<B, S>(
+        &mut self,
+        system: &S,
+        h: V::Scalar,
+        state: &State<V>,
+        error: f64,
+        errors_allowed: [f64; 3],
+    ) -> Result<f64, StepFailure>
+    where
+        B: Embedded,
+        S: Curvature<V::Scalar> + ?Sized,
+    {
         if error > 1.0 {
             self.ended = self.end.balance(system, self.energy);
             return Ok(error);
         }
         if let Err(ratio) = self.project::<B, S>(system, errors_allowed) {
             self.finish::<B>(h, state);
-            let is_noise = error <= ROUNDING_SUSPECTED_BELOW && self.is_noise(system)?;
-            if !is_noise && self.balances_account(system, errors_allowed[2]) {
-                self.ended = true;
-                return Ok(error);
-            }
-            if !is_noise {
-                self.ended = self.end.balance(system, self.energy);
-                return Ok(ratio.max(REFUSED_ERROR));
-            }
+            return self.without_projection(system, error, errors_allowed[2], ratio);
         }
         self.ended = true;
         Ok(error)
@@ -363,7 +313,9 @@ impl<V: Vector> Workspace<V> {
         self.budget.spend(self.length);
         self.energy = self.end.energy;
         self.last_defect = f64::INFINITY;
-        self.roundings.moved();
+        if self.roundings.is_active() {
+            self.roundings.moved();
+        }
         // A step across a break is taken whatever its error is. H is then evaluated anew.
         (self.begun, self.measured) = (false, self.ended);
     }

@@ -1,4 +1,4 @@
-//! What a system states about itself in order to enter the catalogue.
+//! The trait of the systems in the catalogue: name, equations, parameters and constructor.
 
 use afterbay_core::{Abilities, InputError, Scalar};
 

@@ -197,8 +197,9 @@ fn event_within(
     Ok((event, effort))
 }
 
-/// The next of the events that are due at this time, and the work to find it. An impact on a wall is
-/// not due if another event has turned the motion away from the wall, as an impact in a corner may.
+/// The next of the events that are due at this time, and the work to find it. An impact on a wall
+/// is not due if another event has turned the motion away from the wall, as an impact in a corner
+/// may.
 fn next_due(
     step: TakeStep<'_>,
     own: &OwnStep,

@@ -140,7 +140,8 @@ fn left_out(orders: &[OrderRow], steps: usize) -> String {
     format!(
         "Steps that failed and those with |T| less than ten times its rounding are left out. The \
          rounding is the difference between the step in f64 and the same step in 106 bits, plus \
-         the rounding of the states compared, divided by h. Steps used where some are left out: {}.",
+         the rounding of the states compared, divided by h. Steps used where some are left out: \
+         {}.",
         all.join(", ")
     )
 }

@@ -129,8 +129,8 @@ fn coarse_for(found: &Pick) -> Option<Readings> {
     coarse::say(ERROR, &readings).is_some().then_some(readings)
 }
 
-/// The finding that the step chosen is longer than that of the scene, so that a run may miss events;
-/// none without events.
+/// The finding that the step chosen is longer than that of the scene, so that a run may miss
+/// events; none without events.
 pub fn longer_step(scene: &Scene, found: &Pick) -> Option<Finding> {
     longer_for(scene, found).map(|readings| Finding::new(EVENTS, readings, may_miss))
 }

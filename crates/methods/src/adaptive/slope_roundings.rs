@@ -23,9 +23,9 @@ const LENGTHENED: f64 = 2.0;
 /// The least ratio of the estimates per unit of time of a shorter step and a longer one that are
 /// rounding; an error of order r of a step of half the length has the ratio 2^(1-r). A choice.
 const LEAST_RATIO: f64 = 0.5;
-/// The largest ratio of two lengths that tell a rounding from an error: of order 7 an error of the
-/// longer step has a third of the estimate per unit of time in the shorter one. A choice, above the
-/// ratio to which the controller shortens a step.
+/// The largest ratio of two lengths that tell a rounding from an error. At this ratio an error per
+/// unit of time falls to a third if its order is 8, and a rounding stays. A choice, above the ratio
+/// to which the controller shortens a step.
 const SHORTER: f64 = 0.85;
 /// The largest ratio of a rounding per unit of time to the one tested, in steps of this length. A
 /// choice: roundings vary.
@@ -56,7 +56,7 @@ struct Tested {
 pub(crate) struct SlopeRoundings {
     rejected: Option<Step>,
     tested: Option<Tested>,
-    /// What is known once the step that was accepted has been taken.
+    /// The value of `tested` after the step that was accepted is taken.
     next: Option<Tested>,
 }
 
@@ -67,8 +67,8 @@ impl SlopeRoundings {
     }
 
     /// Whether a step is accepted because its estimate, which is below the bound of its rounding,
-    /// is rounding. `error` is relative to the allowed error. Returns the largest factor by which the
-    /// next step may be longer. Its length does not follow from this estimate.
+    /// is rounding. `error` is relative to the allowed error. Returns the largest factor by which
+    /// the next step may be longer. Its length does not follow from this estimate.
     pub(crate) fn accepts(&mut self, length: f64, error: f64) -> Option<f64> {
         let step = Step { length, rate: error / length };
         self.next = self.tested;

@@ -56,7 +56,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         self.h = h;
         let length = h.to_f64();
         loop {
-            self.initial_guess(system, h, shift);
+            self.initial_guess(system, shift);
             if self.renew {
                 self.place((S - 3) / 2, state);
                 self.equations.evaluate(system, &self.at[0], &self.at[1]);
@@ -80,19 +80,14 @@ impl<V: Vector, const S: usize> Engine<V, S> {
     }
 
     #[inline(always)]
-    fn initial_guess<F>(&mut self, system: &F, h: V::Scalar, shift: Option<[V::Scalar; 2]>)
+    fn initial_guess<F>(&mut self, system: &F, shift: Option<[V::Scalar; 2]>)
     where
         F: System<V::Scalar> + ?Sized,
     {
         let known = shift.filter(|[_, ratio]| ratio.to_f64().abs() <= LARGEST_STRETCH);
         let Some([offset, ratio]) = known else {
-            self.trial.rest();
-            // The coordinates of motors are times, which are known.
-            let motors = self.at[0].as_slice().len() - system.motors()..;
-            for (q, &node) in self.trial.q.iter_mut().zip(&self.tables.nodes) {
-                q.as_mut_slice()[motors.clone()].fill(h * node);
-            }
-            return;
+            let free = system.dof() - system.motors();
+            return self.trial.rest(free, self.tables.nodes.map(|node| self.h * node));
         };
         if self.extrapolation_for != shift {
             self.extrapolation = self.tables.extrapolation(offset, ratio);

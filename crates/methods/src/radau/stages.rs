@@ -175,10 +175,14 @@ impl<V: Vector, const S: usize> Stages<V, S> {
         }
     }
 
-    /// Initialises the stages by the state at the start of the step.
-    pub(super) fn rest(&mut self) {
+    /// Initialises the stages by the state at the start of the step, except for the coordinates
+    /// from `free` on. These belong to motors and are times, which are known.
+    pub(super) fn rest(&mut self, free: usize, times: [V::Scalar; S]) {
         for part in self.q.iter_mut().chain(&mut self.p) {
             part.as_mut_slice().fill(V::Scalar::zero());
+        }
+        for (q, time) in self.q.iter_mut().zip(times) {
+            q.as_mut_slice()[free..].fill(time);
         }
     }
 

@@ -131,8 +131,8 @@ impl<T: Scalar> Run<T> {
     /// [`Run::stepper`] allocates less.
     ///
     /// # Errors
-    /// [`InputError::Unsupported`] if the method chooses its steps, [`InputError::Step`] if h is not
-    /// finite, the errors of [`State::check`], and those of
+    /// [`InputError::Unsupported`] if the method chooses its steps, [`InputError::Step`] if h is
+    /// not finite, the errors of [`State::check`], and those of
     /// [`Method::step`](afterbay_core::Method::step) reported as step 1 of a run. The state is
     /// unchanged after an error.
     pub fn step<V: Vector<Scalar = T>>(

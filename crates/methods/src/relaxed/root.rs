@@ -93,7 +93,7 @@ impl<V: Vector> Chord<V> {
             return Ok(one);
         }
         if direction.begins_at_rest(state.dof() - system.motors())
-            && self.leave_rest(system, state, direction, [total, V::Scalar::from_f64(unit)])?
+            && self.leave_rest(system, state, direction, total, unit)?
         {
             return Ok(one);
         }
@@ -176,8 +176,8 @@ impl<V: Vector> Chord<V> {
         Some(best)
     }
 
-    /// Moves (q, p) from γ = 1, where the new state is, along ∇H until K is `total`, by the shortest
-    /// change relative to the increments of q and p. Returns whether that succeeds.
+    /// Moves (q, p) from γ = 1, where the new state is, along ∇H until K is `total`, by the
+    /// shortest change relative to the increments of q and p. Returns whether that succeeds.
     #[cold]
     fn project<S>(
         &mut self,
@@ -222,24 +222,37 @@ impl<V: Vector> Chord<V> {
             (&mut self.w, &state.w, &direction.w),
         ];
         for (new, old, change) in parts {
-            let (old, change) = (&old.as_slice()[..n], &change.as_slice()[..n]);
-            for (j, new) in new.as_mut_slice()[..n].iter_mut().enumerate() {
-                *new = gamma.mul_add(change[j], old[j]);
-            }
+            along(new, old, change, gamma, n);
         }
-        let (q, p, w) = (self.q.as_slice(), self.p.as_slice(), self.w.as_slice());
-        let energy = system.energy(q, p);
-        self.energy = energy;
-        let excess = energy + sum([w], |[w]| w) - total;
+        let excess = self.excess(system, total);
         if excess.is_finite().all() {
             return Ok(Point { gamma, excess });
         }
-        let energy = [energy];
+        let (q, p, w) = (self.q.as_slice(), self.p.as_slice(), self.w.as_slice());
+        let energy = [self.energy];
         Err(StepFailure::non_finite(&[
             (Quantity::Coordinate, q),
             (Quantity::Momentum, p),
             (Quantity::Reservoir, w),
             (Quantity::Energy, &energy),
         ]))
+    }
+    /// Computes H at the new state, and returns the error of K.
+    #[inline]
+    pub(super) fn excess<S>(&mut self, system: &S, total: V::Scalar) -> V::Scalar
+    where
+        S: System<V::Scalar> + ?Sized,
+    {
+        self.energy = system.energy(self.q.as_slice(), self.p.as_slice());
+        self.energy + sum([self.w.as_slice()], |[w]| w) - total
+    }
+}
+
+/// Sets the first n entries of `new` to old + γ change.
+#[inline(always)]
+pub(super) fn along<V: Vector>(new: &mut V, old: &V, change: &V, gamma: V::Scalar, n: usize) {
+    let (old, change) = (&old.as_slice()[..n], &change.as_slice()[..n]);
+    for (j, new) in new.as_mut_slice()[..n].iter_mut().enumerate() {
+        *new = gamma.mul_add(change[j], old[j]);
     }
 }

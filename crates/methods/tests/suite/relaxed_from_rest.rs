@@ -1,6 +1,6 @@
 //! Relaxation on the first motion of a system at rest, which a drive begins within a step.
 
-use afterbay_core::{Abilities, Drive, Driven, Grid, State, with_motors};
+use afterbay_core::{Abilities, Drive, Driven, Grid, State, StateRef, with_motors};
 use afterbay_methods::registry::{bind, find};
 use afterbay_systems::{Custom, CustomDrive, Description, DissipationText, DriveDescription};
 use std::ops::ControlFlow;
@@ -67,5 +67,42 @@ fn a_ramp_from_rest_has_order_three_and_a_switch_order_four() {
         let error = |steps| distance(end("relaxed-rk4", &system, steps).0, exact);
         let order = (error(1000) / error(2000)).log2();
         assert!((order - expected).abs() < 0.1, "{force}: {order}");
+    }
+}
+
+/// The momentum of a heavy mass is far larger than its energy, and a constant in V far larger than
+/// that. K is kept to the rounding of the largest term of H.
+#[test]
+fn neither_a_heavy_mass_nor_a_constant_hides_the_motion() {
+    for (potential, mass, force, h_rounding) in [
+        ("q1^2/2", "1e12", "1e6*max(t - 2, 0)", 1e-12),
+        ("1e6 + q1^2/2", "1", "max(t - 2, 0)", 1e-8),
+    ] {
+        let description = Description {
+            potential: potential.into(),
+            dissipation: DissipationText::Forces(vec!["0.1*v1".into()]),
+            masses: vec![mass.into()],
+            ..Description::default()
+        };
+        let system: Arc<dyn Abilities<f64>> = Arc::new(Custom::new(&description).unwrap());
+        let forces = DriveDescription { forces: vec![force.into()], ..Default::default() };
+        let (drive, _) = CustomDrive::new(&forces, 1).unwrap();
+        let drive: Arc<dyn Drive<f64>> = Arc::new(drive);
+        let system: Arc<dyn Abilities<f64>> = Arc::new(Driven::new(system, drive).unwrap());
+        let run = |method: &str| {
+            let run = bind(find(method).unwrap(), system.clone()).unwrap();
+            let mut state = with_motors(&State::new(vec![0.0], vec![0.0]).unwrap(), 1);
+            let total = state.total(&*system);
+            let mut ignore = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+            run.run(Grid::of(0.1, 40).unwrap(), &mut state, 1, &mut ignore)
+                .unwrap_or_else(|error| panic!("{method}, {potential}: {error}"));
+            (state.q[0], (state.total(&*system) - total).abs())
+        };
+        let (exact, _) = run("rk4");
+        for method in ["relaxed-rk4", "relaxed-dop853", "relaxed-verner98"] {
+            let (found, drift) = run(method);
+            assert!((found / exact - 1.0).abs() < 1e-3, "{method}, {potential}: {found} {exact}");
+            assert!(drift < h_rounding, "{method}, {potential}: K {drift:e}");
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! What a run of a stability map is allowed, for each of the verdicts.
+//! The thresholds of the verdicts: how far a run of a stability map may be from the exact solution.
 
 /// The size of the motion A, in units of its largest in the exact solution, is right if
 /// |ln(A/A_exact)| ≤ TOLERANCE (1 + |ln A_exact|). This allows 10 % of the decay in logarithm, and

@@ -143,8 +143,8 @@ pub fn rules() -> String {
          K is kept to {KEPT_ON_MAPS:e} of its terms if the method claims to keep it. \"Right but \
          late\" means right in all but the phase: over each half of the run the mean of every q_j, \
          p_j and w_j, and the root mean square about it, are within {SHARE} of its size. A \
-         periodic coordinate is compared as a point of a circle. \"Growing\" means that A exceeds {GROWTH} \
-         by a rise of H. Run and reference are compared after the same steps, at most \
-         {MOST_OBSERVATIONS} of them."
+         periodic coordinate is compared as a point of a circle. \"Growing\" means that A \
+         exceeds {GROWTH} by a rise of H. Run and reference are compared after the same steps, \
+         at most {MOST_OBSERVATIONS} of them."
     )
 }

@@ -1,6 +1,6 @@
 //! Stability limits, and steps whose equation has several solutions, agree with theory.
 
-use super::{cell, rows, well};
+use super::{cell, custom, rows, well};
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
@@ -123,4 +123,18 @@ fn several_solutions_are_those_of_the_cubic() {
     // At the top of the barrier the solution bifurcates at h = 2.
     assert_eq!(cell(well(0.0), [0.0, 0.0], "moddg", 1.99, 4.0).outcome, "completed");
     assert_eq!(cell(well(0.0), [0.0, 0.0], "moddg", 2.01, 4.0).verdict, Verdict::SeveralSolutions);
+}
+
+/// A constant force moves the centre of a motion and does not change its growth.
+#[test]
+fn the_spectral_radius_does_not_depend_on_a_constant_force() {
+    let radius = |potential: &str, method: &str| {
+        let model = custom(potential, &["c*v1"], &[("c", 0.2)]);
+        cell(model, [1.0, 0.5], method, 0.3, 3.0).spectral_radius.expect("an affine step")
+    };
+    for method in ["leapfrog", "rk4", "moddg", "gonzalez", "collocation-4", "linear-exact"] {
+        let plain = radius("2*q1^2", method);
+        let found = radius("2*q1^2 + 9.81*q1", method);
+        assert!((found - plain).abs() < 1e-13, "{method}: {found} {plain}");
+    }
 }
