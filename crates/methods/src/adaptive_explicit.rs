@@ -217,7 +217,7 @@ impl<V: Vector> Workspace<V> {
         self.smooth = passage == Passage::Smooth;
         if self.smooth && !self.roundings.is_active() {
             let error = self.relative_error(self.estimates::<B>(), errors_allowed);
-            if error <= 1.0 {
+            if error <= 1.0 && (self.inside || !self.roundings.suspects(self.length, error)) {
                 return self.end_step::<B, S>(system, h, state, error, errors_allowed);
             }
         }

@@ -14,12 +14,21 @@
 //!   the shorter one has the right length. It is kept for a number of steps.
 //!
 //! Then a step of twice the length tests again, in the first case twice that of the longer step.
+//!
+//! A rounding below the allowed error rejects no step, and yet it shortens the steps: the controller
+//! takes it for an error near the tolerance. Where steps have become half as long and the estimates
+//! per unit of time have not fallen, the same test is made of two accepted steps.
 
 /// The steps of one length until the next test, where the last one has shown the error of the
 /// method. A choice.
 const STEPS_A_TEST: u32 = 16;
 /// The factor by which a step is longer for the next test. A choice.
 const LENGTHENED: f64 = 2.0;
+/// A step shorter than the longest one before it by this factor is compared with it. A choice.
+const SHORTENED: f64 = 0.5;
+/// The least error that shortens the next steps. A choice: a shorter step whose error is less was
+/// cut at a kink or at a given time.
+const SHORTENING: f64 = 0.1;
 /// The least ratio of the estimates per unit of time of a shorter step and a longer one that are
 /// rounding; an error of order r of a step of half the length has the ratio 2^(1-r). A choice.
 const LEAST_RATIO: f64 = 0.5;
@@ -33,11 +42,17 @@ const LARGEST_RATIO: f64 = 8.0;
 /// The most by which a step may be longer than the one tested: by the rounding of times.
 const SAME_LENGTH: f64 = 1.01;
 
-/// A step and its estimate per unit of time.
-#[derive(Clone, Copy, Debug)]
+/// A step and its estimate, relative to the allowed error.
+#[derive(Clone, Copy, Debug, Default)]
 struct Step {
     length: f64,
-    rate: f64,
+    error: f64,
+}
+
+impl Step {
+    fn rate(self) -> f64 {
+        self.error / self.length
+    }
 }
 
 /// A step that was tested.
@@ -51,31 +66,56 @@ struct Tested {
     next_length: f64,
 }
 
-/// The last rejected step from the current state, and the last one tested.
+/// The steps with which the next is compared.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SlopeRoundings {
-    rejected: Option<Step>,
+    /// The longest of the last steps within the tolerance.
+    longest: Step,
+    /// A longer step than the next, to compare with: the last one rejected from this state, or the
+    /// longest one where the next is suspected.
+    longer: Option<Step>,
+    /// The last step that was tested.
     tested: Option<Tested>,
     /// The value of `tested` after the step that was accepted is taken.
     next: Option<Tested>,
 }
 
 impl SlopeRoundings {
-    /// Whether estimates may be rounding: a step was rejected here, or one has been tested.
+    /// Whether estimates may be rounding: there is a longer step to compare with, or one that was
+    /// tested.
     pub(crate) fn is_active(&self) -> bool {
-        self.rejected.is_some() || self.tested.is_some()
+        self.longer.is_some() || self.tested.is_some()
+    }
+
+    /// Whether a step within the tolerance is suspected: it is much shorter than one before, and its
+    /// estimate has fallen as a rounding does. It is then compared with the longer one.
+    #[inline]
+    pub(crate) fn suspects(&mut self, length: f64, error: f64) -> bool {
+        let longest = self.longest.length;
+        if (SHORTENED * longest..=longest).contains(&length) {
+            return false;
+        }
+        let step = Step { length, error };
+        let longest = std::mem::replace(&mut self.longest, step);
+        let suspects =
+            length < longest.length && error >= SHORTENING && are_roundings(longest, step);
+        if suspects {
+            self.longer = Some(longest);
+        }
+        suspects
     }
 
     /// Whether a step is accepted because its estimate, which is below the bound of its rounding,
     /// is rounding. `error` is relative to the allowed error. Returns the largest factor by which
     /// the next step may be longer. Its length does not follow from this estimate.
     pub(crate) fn accepts(&mut self, length: f64, error: f64) -> Option<f64> {
-        let step = Step { length, rate: error / length };
+        let step = Step { length, error };
         self.next = self.tested;
         if let Some(tested) = self.tested
             && tested.left > 0
             && length <= SAME_LENGTH * tested.step.length
-            && (error <= 1.0 || tested.is_rounding && step.rate <= LARGEST_RATIO * tested.step.rate)
+            && (error <= 1.0
+                || tested.is_rounding && step.rate() <= LARGEST_RATIO * tested.step.rate())
         {
             let left = tested.left - 1;
             self.next = Some(Tested { left, ..tested });
@@ -85,41 +125,46 @@ impl SlopeRoundings {
         }
         // A lengthened step that is accepted is a test, too.
         let lengthened = self.tested.filter(|_| error <= 1.0).map(|tested| tested.step);
-        let before = self.rejected.or(lengthened);
+        let before = self.longer.or(lengthened);
         let is_rounding = before.is_some_and(|before| are_roundings(before, step));
-        if is_rounding || (error <= 1.0 && self.rejected.is_some()) {
-            let rate = before.map_or(step.rate, |before| before.rate.max(step.rate));
-            let step = if is_rounding { Step { length, rate } } else { step };
-            let left = if is_rounding { 1 } else { STEPS_A_TEST };
+        if is_rounding || (error <= 1.0 && self.longer.is_some()) {
+            let rate = before.map_or(step.rate(), |before| before.rate().max(step.rate()));
+            let step = if is_rounding { Step { length, error: rate * length } } else { step };
+            // A rounding within the tolerance gives no reason to wait.
+            let left = match (is_rounding, error <= 1.0) {
+                (true, true) => 0,
+                (true, false) => 1,
+                (false, _) => STEPS_A_TEST,
+            };
             // The longer of two roundings was not too long.
             let longest = before.filter(|_| is_rounding).map_or(length, |it| it.length.max(length));
             let next_length = LENGTHENED * longest;
             self.next = Some(Tested { step, is_rounding, left, next_length });
-            return Some(1.0);
+            return Some(if left == 0 { next_length / length } else { 1.0 });
         }
         if error <= 1.0 {
             self.next = None;
         } else {
-            self.rejected = Some(step);
+            self.longer = Some(step);
         }
         None
     }
 
     /// The estimate of a step is no rounding.
     pub(crate) fn end(&mut self) {
-        *self = Self::default();
+        *self = Self { longest: self.longest, ..Self::default() };
     }
 
     /// The step was taken.
     pub(crate) fn moved(&mut self) {
-        *self = Self { tested: self.next, ..Self::default() };
+        *self = Self { longest: self.longest, tested: self.next, ..Self::default() };
     }
 }
 
 /// Whether the estimates of two steps fall as roundings do.
 fn are_roundings(a: Step, b: Step) -> bool {
     let [longer, shorter] = if a.length > b.length { [a, b] } else { [b, a] };
-    shorter.length <= SHORTER * longer.length && shorter.rate >= LEAST_RATIO * longer.rate
+    shorter.length <= SHORTER * longer.length && shorter.rate() >= LEAST_RATIO * longer.rate()
 }
 
 #[cfg(test)]
@@ -151,6 +196,26 @@ mod tests {
         let (mut roundings, said) = two([100.0, 100.0 * 0.5_f64.powi(8)]);
         assert_eq!(said, [None, Some(1.0)], "within the tolerance");
         assert_eq!(roundings.accepts(0.5, 2.0), None, "too large");
+    }
+
+    #[test]
+    fn a_rounding_within_the_tolerance_is_suspected_where_it_shortens_the_steps() {
+        let mut roundings = SlopeRoundings::default();
+        let suspected = [(1.0, 0.8), (0.6, 0.5), (0.4, 0.3)]
+            .map(|(length, error)| roundings.suspects(length, error));
+        assert_eq!(suspected, [false, false, true]);
+        assert_eq!(roundings.accepts(0.4, 0.3), Some(5.0), "to twice the longest");
+        roundings.moved();
+        assert_eq!(roundings.accepts(2.0, 1.4), None, "the next test");
+    }
+
+    #[test]
+    fn neither_an_error_nor_a_step_that_was_cut_short_is_suspected() {
+        for (length, error) in [(0.4, 0.1), (1e-9, 0.09)] {
+            let mut roundings = SlopeRoundings::default();
+            assert!(!roundings.suspects(1.0, 0.8));
+            assert!(!roundings.suspects(length, error), "{length}");
+        }
     }
 
     #[test]

@@ -57,7 +57,7 @@ fn a_fast_drive_is_followed_for_a_long_time() {
         let error = (found[0] - exact[0]).abs().max((found[1] - exact[1]).abs());
         assert!(error < 10.0 * tolerance + 1e-10, "{method}: {error:e}");
         assert!(drift < 1e-10, "{method}: K {drift:e}");
-        assert!(attempts < 3_000_000, "{method}: {attempts}");
+        assert!(attempts < 800_000, "{method}: {attempts}");
     }
 }
 

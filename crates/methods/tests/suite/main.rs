@@ -6,6 +6,7 @@
 
 mod adaptive;
 mod adaptive_accuracy;
+mod adaptive_jumps;
 mod adaptive_memory;
 mod adaptive_roundings;
 mod adaptive_samples;
