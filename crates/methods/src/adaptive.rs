@@ -16,7 +16,7 @@ pub(crate) use budget::{
 };
 pub(crate) use end::End;
 pub(crate) use kinks::{KINK_ORDER, Kinks, Passage, roundings_of_time, time_rounding};
-pub(crate) use noise::{ROUNDING_SUSPECTED_BELOW, is_noise};
+pub(crate) use noise::{ROUNDING_SUSPECTED_BELOW, is_noise, is_rounding_at_rest};
 pub(crate) use orders::adaptive_of_orders;
 pub(crate) use projection::{LARGEST_PROJECTION, Projection, REFUSED_ERROR};
 pub(crate) use rates::Rates;

@@ -162,6 +162,7 @@ impl<V: Vector> Workspace<V> {
     fn without_projection<S>(
         &mut self,
         system: &S,
+        state: &State<V>,
         error: f64,
         energy_allowed: f64,
         ratio: f64,
@@ -174,7 +175,7 @@ impl<V: Vector> Workspace<V> {
         let energies = [*energy, end.energy, end.target(*energy)];
         let missing = (energies[2] - energies[1]).abs().to_f64();
         if error <= ROUNDING_SUSPECTED_BELOW
-            && is_noise(system, [&end.q, &end.p], energies, last_defect)?
+            && is_noise(system, [&end.q, &end.p], energies, &state.w, last_defect)?
         {
             *ended = true;
             return Ok(error);
@@ -259,7 +260,7 @@ impl<V: Vector> Workspace<V> {
         }
         if let Err(ratio) = self.project::<B, S>(system, errors_allowed) {
             self.finish::<B>(h, state);
-            return self.without_projection(system, error, errors_allowed[2], ratio);
+            return self.without_projection(system, state, error, errors_allowed[2], ratio);
         }
         self.ended = true;
         Ok(error)

@@ -24,8 +24,9 @@ const ROUNDING: f64 = 1e-11;
 /// The rounding of an exponent, in roundings of the displacements a step. A choice: those of an
 /// oscillator without friction are off by up to a fiftieth of it.
 const STEP_ROUNDINGS: f64 = 16.0;
-/// The difference of the sum of the reference from the divergence, in units of its largest
-/// exponent, above which it is in doubt. A choice: the divergence is a mean over the steps.
+/// The difference of the sum of the exponents from the divergence, in units of the largest
+/// exponent, above which they differ, and a reference is in doubt. A choice: the divergence is a
+/// mean over the steps.
 const DOUBTED: f64 = 0.1;
 
 pub(super) fn declared<'a>(scene: &'a Scene, plan: &'a DynamicsPlan<Lyapunov>) -> Boxed<'a> {
@@ -86,7 +87,7 @@ fn readings(found: &[Spectrum], has_kinks: bool) -> Readings {
         readings.add(&label, "standard error", done.and_then(|row| row.standard_errors[0]));
         readings.add(&label, "sum", done.and_then(|row| row.sum));
         readings.add(&label, "divergence", done.and_then(|row| row.mean_divergence));
-        if label == REFERENCE_LABEL && !has_kinks {
+        if !has_kinks {
             readings.add(&label, "volumes off", done.and_then(|row| volumes_off(row, spectrum.h)));
         }
         readings.add(&label, "rounding", done.map(|_| rounding(spectrum.h)));
@@ -174,8 +175,12 @@ fn what_is_seen(r: &Readings) -> Said {
             _ if apart <= DIFFERENT => ", as the reference within the errors",
             _ => "",
         };
-        let doubt = match r.number(label, "volumes off") {
-            off if off > DOUBTED => "; it is in doubt, since these differ: take a smaller step",
+        let off = r.number(label, "volumes off") > DOUBTED;
+        let doubt = match label {
+            REFERENCE_LABEL if off => "; it is in doubt, since these differ: take a smaller step",
+            _ if off => {
+                "; these differ: the step is too long, or the motion rests at its roundings"
+            }
             _ => "",
         };
         format!(
@@ -187,6 +192,6 @@ fn what_is_seen(r: &Readings) -> Said {
             fixed(r.number(label, "divergence"), 5),
         )
     };
-    let doubted = r.numbers("volumes off").iter().any(|(_, off)| *off > DOUBTED);
+    let doubted = r.number(REFERENCE_LABEL, "volumes off") > DOUBTED;
     (note(all_completed(r, "run") && !doubted), r.each("run", one))
 }

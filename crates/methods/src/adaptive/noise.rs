@@ -1,5 +1,6 @@
 //! Defects of K that are rounding errors, which no projection reduces.
 
+use crate::kernels::reductions::sum;
 use crate::measured_rounding::measured_rounding;
 use crate::rounding::rounding;
 use crate::second_derivatives::second_order;
@@ -10,21 +11,25 @@ use afterbay_core::{Curvature, Scalar, StepFailure, Vector};
 pub(crate) const ROUNDING_SUSPECTED_BELOW: f64 = 0.01;
 /// The largest defect that may be rounding, in roundings of H. A choice.
 const ENERGY_DEFECT_ROUNDINGS: f64 = 16.0;
+/// The energy, as a share of w, at which the rounding of the terms of H is measured for a motion at
+/// rest. A choice.
+const MEASURED_SHARE: f64 = 1e-6;
 
 /// Whether H at the end (q, p) of a step differs from its target by no more than the rounding of
-/// (q, p) causes, and a shorter step does not reduce the difference. Near an equilibrium away from
-/// the origin no small change of (q, p) can correct it.
+/// (q, p) causes, and a shorter step does not reduce the difference. Near an equilibrium no small
+/// change of (q, p) can correct it. The terms of H may cancel there ([`is_rounding_at_rest`]).
 ///
 /// `energies` are H at the start, H at the end, and the target. `last_defect` is the difference
 /// that a longer step from the same state left, and is replaced by that of this step.
 ///
 /// # Errors
-/// [`StepFailure::NotGradient`]
+/// [`StepFailure::NotGradient`], unless the difference is a rounding at rest
 #[cold]
 pub(crate) fn is_noise<V, S>(
     system: &S,
     [q, p]: [&V; 2],
     energies: [V::Scalar; 3],
+    w: &V,
     last_defect: &mut f64,
 ) -> Result<bool, StepFailure>
 where
@@ -35,6 +40,44 @@ where
     let terms = start.abs().to_f64() + end.abs().to_f64() + second_order(system, q, p);
     let found = (end - target).abs().to_f64();
     let before = std::mem::replace(last_defect, found);
-    let within = |terms: f64| found <= ENERGY_DEFECT_ROUNDINGS * rounding::<V::Scalar>(terms);
-    Ok((found > 0.5 * before && within(terms)) || within(measured_rounding(system, q, p)?))
+    let remains = found > 0.5 * before;
+    if remains && is_rounding::<V::Scalar>(found, terms) {
+        return Ok(true);
+    }
+    match measured_rounding(system, q, p) {
+        Ok(measured) if is_rounding::<V::Scalar>(found, measured) => Ok(true),
+        _ if is_rounding_at_rest(system, [q, p], w, found) => Ok(remains),
+        measured => measured.map(|_| false),
+    }
+}
+
+/// Whether a difference of energies near rest is a rounding of w, or of the terms of H.
+///
+/// Where H has cancelled to a rounding of its terms, as exp(q) - q - 1 does, differences of H show
+/// no more of them. They are measured farther out along z = (q, p), where the terms are alike.
+pub(crate) fn is_rounding_at_rest<V: Vector, S: Curvature<V::Scalar> + ?Sized>(
+    system: &S,
+    z: [&[V::Scalar]; 2],
+    w: &V,
+    difference: f64,
+) -> bool {
+    let size = sum([w.as_slice()], |[w]| w.abs()).to_f64();
+    if is_rounding::<V::Scalar>(difference, size) {
+        return true;
+    }
+    let farther = (MEASURED_SHARE * size / second_order(system, z[0], z[1])).sqrt();
+    if !(farther > 1.0 && farther.is_finite()) {
+        return false;
+    }
+    let free = z[0].len() - system.motors();
+    let [q, p] = z.map(|part| {
+        let mut part = part.to_vec();
+        part[..free].iter_mut().for_each(|x| *x *= V::Scalar::from_f64(farther));
+        part
+    });
+    measured_rounding(system, &q, &p).is_ok_and(|terms| is_rounding::<V::Scalar>(difference, terms))
+}
+
+fn is_rounding<T: Scalar>(difference: f64, terms: f64) -> bool {
+    difference <= ENERGY_DEFECT_ROUNDINGS * rounding::<T>(terms)
 }

@@ -186,7 +186,10 @@ impl<V: Vector, const K: usize> Engine<V, K> {
                 // K is off either because the step is long, or because near an equilibrium no
                 // change of (q, p) changes it.
                 Err(ratio) if error > ROUNDING_SUSPECTED_BELOW => error = ratio.max(REFUSED_ERROR),
-                Err(_) => effort += self.rounded(system, self.h, state)?,
+                Err(_) => match self.rounded(system, self.h, state) {
+                    Ok(more) => effort += more,
+                    Err(failure) => self.keep_rounding(system, state, failure)?,
+                },
             }
         }
         if error > 1.0 {
@@ -285,7 +288,11 @@ impl<V: Vector, const K: usize> Engine<V, K> {
 
     /// Computes z1 and the increments of the reservoirs.
     #[inline]
-    fn finish<S: Curvature<V::Scalar> + ?Sized>(&mut self, system: &S, state: &State<V>) {
+    pub(super) fn finish<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+    ) {
         let Self { gauss, trial, end, last, h, unit_mass, .. } = self;
         let n = state.dof();
         for d in 0..n {

@@ -1,10 +1,11 @@
 //! The methods that make K exact: projection of (q, p), or a step of energy-preserving collocation.
 
 use super::engine::Engine;
+use crate::adaptive::is_rounding_at_rest;
 use crate::collocation::{MOST_NODES, Workspace};
 use crate::measured_rounding::measured_rounding;
 use crate::rounding::rounding;
-use afterbay_core::{Curvature, Effort, State, StepFailure, Vector};
+use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
 /// The error of K, in roundings, that is accepted where the terms of H cancel.
 const ACCEPTED_ROUNDINGS: f64 = 64.0;
@@ -25,6 +26,23 @@ impl<V: Vector, const K: usize> Engine<V, K> {
             last.evaluate(system, [&end.q, &end.p]);
         }
         Ok(())
+    }
+
+    /// Ends the step without a projection, where nothing makes K exact and the error of K is a
+    /// rounding of w or of the terms of H. Otherwise the step fails.
+    #[cold]
+    pub(super) fn keep_rounding<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        state: &State<V>,
+        failure: StepFailure,
+    ) -> Result<(), StepFailure> {
+        self.finish(system, state);
+        self.end.measure(system);
+        let missing = self.end.target(self.energy) - self.end.energy;
+        let z = [self.end.q.as_slice(), self.end.p.as_slice()];
+        let is_rounding = is_rounding_at_rest(system, z, &state.w, missing.abs().to_f64());
+        if is_rounding { Ok(()) } else { Err(failure) }
     }
 
     /// Takes the step by energy-preserving collocation.

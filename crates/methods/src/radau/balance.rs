@@ -47,7 +47,7 @@ impl<V: Vector, const S: usize> Engine<V, S> {
         let Self { end, energy, last_defect, .. } = self;
         let energies = [*energy, end.energy, end.target(*energy)];
         let noise = error <= ROUNDING_SUSPECTED_BELOW
-            && is_noise(system, [&end.q, &end.p], energies, last_defect)?;
+            && is_noise(system, [&end.q, &end.p], energies, &state.w, last_defect)?;
         Ok((!noise).then_some(excess))
     }
 

@@ -8,6 +8,7 @@ mod adaptive;
 mod adaptive_accuracy;
 mod adaptive_jumps;
 mod adaptive_memory;
+mod adaptive_rest;
 mod adaptive_roundings;
 mod adaptive_samples;
 mod adaptive_stiff;
