@@ -315,14 +315,14 @@ fn holmess_attractor_has_one_largest_exponent() {
 
 #[test]
 fn a_scene_declares_the_study() {
-    let text = |rows: u64| {
+    let text = |rows: u64, step: f64| {
         format!(
             "[system]\nname = \"damped-oscillator\"\nparameters = {{ k = 1.0, b = 3.0 }}\n\
-             [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 40.0\nstep = 0.1\n[study.lyapunov]\n\
+             [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 40.0\nstep = {step:?}\n[study.lyapunov]\n\
              methods = [\"moddg\"]\nrows = {rows}\n"
         )
     };
-    let scene = Scene::read(&text(4)).unwrap_or_else(|error| panic!("{error}"));
+    let scene = Scene::read(&text(4, 0.1)).unwrap_or_else(|error| panic!("{error}"));
     let (output, findings) = experiment::study(&scene, &Silent).unwrap();
     for part in [
         "reference: largest exponent -0.3820 ± ",
@@ -332,10 +332,13 @@ fn a_scene_declares_the_study() {
     ] {
         assert!(findings[0].statement.contains(part), "{}", findings[0].statement);
     }
+    let long = Scene::read(&text(4, 1.0)).unwrap_or_else(|error| panic!("{error}"));
+    let said = experiment::study(&long, &Silent).unwrap().1.remove(0).statement;
+    assert!(said.contains("these differ: the step is too long"), "{said}");
     let table = output.artifacts.iter().find(|table| table.name == "data/lyapunov.csv").unwrap();
     assert_eq!(table.text.lines().count(), 9);
     for rows in [0, 500, 20_000] {
-        let error = Scene::read(&text(rows)).unwrap_err().to_string();
+        let error = Scene::read(&text(rows, 0.1)).unwrap_err().to_string();
         assert!(error.contains("from 1 to 10000, with a step between two rows"), "{error}");
     }
 }
