@@ -43,12 +43,23 @@ impl<V: Vector, const S: usize> Engine<V, S> {
             self.share_defect(system);
         }
         let Err(excess) = self.project(system, allowed) else { return Ok(None) };
+        Ok((!self.is_noise(system, state, error)?).then_some(excess))
+    }
+
+    /// Whether the error of K at the end of the step, which no projection reduces, is rounding.
+    #[cold]
+    #[inline(never)]
+    fn is_noise<F: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &F,
+        state: &State<V>,
+        error: f64,
+    ) -> Result<bool, StepFailure> {
         self.place_end(system, state);
         let Self { end, energy, last_defect, .. } = self;
         let energies = [*energy, end.energy, end.target(*energy)];
-        let noise = error <= ROUNDING_SUSPECTED_BELOW
-            && is_noise(system, [&end.q, &end.p], energies, &state.w, last_defect)?;
-        Ok((!noise).then_some(excess))
+        Ok(error <= ROUNDING_SUSPECTED_BELOW
+            && is_noise(system, [&end.q, &end.p], energies, &state.w, last_defect)?)
     }
 
     /// The end of the step as the stages give it. The momenta of motors, which are energies, are
