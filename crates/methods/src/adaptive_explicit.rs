@@ -154,7 +154,7 @@ impl<V: Vector> Workspace<V> {
     }
 
     /// Ends a step with this error, within the tolerance, whose end no allowed change of (q, p)
-    /// brings onto K, `ratio` being that change over the allowed one. If the error of K is rounding,
+    /// brings onto K. `ratio` is that change over the allowed one. If the error of K is rounding,
     /// it stays. If it is within the allowed error of energies, the account of a drive takes it.
     /// Otherwise the step is rejected. Returns the error of the step.
     #[cold]

@@ -318,8 +318,8 @@ fn a_scene_declares_the_study() {
     let text = |rows: u64, step: f64| {
         format!(
             "[system]\nname = \"damped-oscillator\"\nparameters = {{ k = 1.0, b = 3.0 }}\n\
-             [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 40.0\nstep = {step:?}\n[study.lyapunov]\n\
-             methods = [\"moddg\"]\nrows = {rows}\n"
+             [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 40.0\nstep = {step:?}\n\
+             [study.lyapunov]\nmethods = [\"moddg\"]\nrows = {rows}\n"
         )
     };
     let scene = Scene::read(&text(4, 0.1)).unwrap_or_else(|error| panic!("{error}"));

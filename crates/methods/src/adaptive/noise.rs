@@ -53,8 +53,10 @@ where
 
 /// Whether a difference of energies near rest is a rounding of w, or of the terms of H.
 ///
-/// Where H has cancelled to a rounding of its terms, as exp(q) - q - 1 does, differences of H show
-/// no more of them. They are measured farther out along z = (q, p), where the terms are alike.
+/// The terms of exp(q) - q - 1 cancel near q = 0, and the sum has the rounding of the largest term.
+/// If |q| is below this rounding, H does not change with q, and [`measured_rounding`] finds
+/// nothing. The rounding is therefore measured at a multiple of z = (q, p), where H is larger and
+/// its terms have nearly the same size.
 pub(crate) fn is_rounding_at_rest<V: Vector, S: Curvature<V::Scalar> + ?Sized>(
     system: &S,
     z: [&[V::Scalar]; 2],

@@ -15,9 +15,9 @@
 //!
 //! Then a step of twice the length tests again, in the first case twice that of the longer step.
 //!
-//! A rounding below the allowed error rejects no step, and yet it shortens the steps: the controller
-//! takes it for an error near the tolerance. Where steps have become half as long and the estimates
-//! per unit of time have not fallen, the same test is made of two accepted steps.
+//! A rounding below the allowed error rejects no step, but the controller takes it for an error
+//! near the tolerance, and shortens the steps. Where steps have become half as long and the
+//! estimates per unit of time have not fallen, the same test is made of two accepted steps.
 
 /// The steps of one length until the next test, where the last one has shown the error of the
 /// method. A choice.
@@ -87,8 +87,8 @@ impl SlopeRoundings {
         self.longer.is_some() || self.tested.is_some()
     }
 
-    /// Whether a step within the tolerance is suspected: it is much shorter than one before, and its
-    /// estimate has fallen as a rounding does. It is then compared with the longer one.
+    /// Whether a step within the tolerance is suspected: it is much shorter than one before, and
+    /// its estimate has fallen as a rounding does. It is then compared with the longer one.
     #[inline]
     pub(crate) fn suspects(&mut self, length: f64, error: f64) -> bool {
         let longest = self.longest.length;

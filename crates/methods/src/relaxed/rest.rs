@@ -1,8 +1,8 @@
 //! A step that begins at rest, from which only a drive moves the system.
 //!
 //! If the force begins within the step, the relative errors of the energy supplied and of the
-//! energy of the motion may be near 1. Then no γ near 1 restores K. The step keeps the direction d of the
-//! motion, and gives it the energy that was supplied:
+//! energy of the motion may be near 1. Then no γ near 1 restores K. The step keeps the direction d
+//! of the motion, and gives it the energy that was supplied:
 //!
 //! ```text
 //! H(z0 + σ d) + Σ w1_j = K        σ ≥ 0

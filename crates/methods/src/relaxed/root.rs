@@ -237,6 +237,7 @@ impl<V: Vector> Chord<V> {
             (Quantity::Energy, &energy),
         ]))
     }
+
     /// Computes H at the new state, and returns the error of K.
     #[inline]
     pub(super) fn excess<S>(&mut self, system: &S, total: V::Scalar) -> V::Scalar
