@@ -53,8 +53,12 @@ impl<T: Side> Exact<'_, T> {
         loop {
             let last = count >= MOST_STEPS;
             let mut found = self.solution(end, count, 0.0)?;
+            if let (Some(found), Some(before)) = (&mut found, &before) {
+                self.find_floors(found, end, count)?;
+                mark_resolved(found, before);
+            }
             if let Some(found) = &mut found
-                && (mark_resolved(found, before.as_deref()) || last)
+                && (last || found.iter().flatten().all(Reference::is_resolved))
             {
                 self.doubt_rests(found, end, count)?;
                 return Ok(Some(std::mem::take(found)));
@@ -65,6 +69,24 @@ impl<T: Side> Exact<'_, T> {
             before = found;
             count *= 2;
         }
+    }
+
+    /// Finds the sizes below which roundings decide: another solution, whose start is displaced,
+    /// decays to another size there.
+    fn find_floors(
+        &self,
+        found: &mut [Vec<Reference>],
+        end: f64,
+        count: u64,
+    ) -> Result<(), InputError> {
+        if !found.iter().flatten().any(Reference::has_decayed) {
+            return Ok(());
+        }
+        let displaced = self.solution(end, count, DISPLACED)?.unwrap_or_default();
+        for (found, displaced) in found.iter_mut().flatten().zip(displaced.iter().flatten()) {
+            found.find_floor(displaced);
+        }
+        Ok(())
     }
 
     /// Marks those that rest where a displacement grows as not settled: roundings decide when the
@@ -89,8 +111,8 @@ impl<T: Side> Exact<'_, T> {
         Ok(())
     }
 
-    /// The references by RK4 with `count` steps, from q displaced by a share; `None` if a number is
-    /// not finite.
+    /// The references by RK4 with `count` steps, from q and p displaced by a share; `None` if a
+    /// number is not finite.
     fn solution(
         &self,
         end: f64,
@@ -98,7 +120,8 @@ impl<T: Side> Exact<'_, T> {
         displaced: f64,
     ) -> Result<Option<Vec<Vec<Reference>>>, InputError> {
         let mut state = self.problem.start::<T>()?;
-        state.q.iter_mut().for_each(|q| *q += *q * T::from_f64(displaced));
+        let numbers = state.q.iter_mut().chain(&mut state.p);
+        numbers.for_each(|x| *x += *x * T::from_f64(displaced));
         let dof = state.dof();
         let length = end / count as f64;
         let image = |k: usize| self.images[k.min(self.images.len() - 1)].clone();
@@ -119,30 +142,32 @@ impl<T: Side> Exact<'_, T> {
         });
         match ended {
             Ok(_) if self.progress.stopped() => Ok(None),
-            Ok(_) => Ok(Some((0..T::LANES).map(|k| walk.references(k, &image(k))).collect())),
+            Ok(_) => {
+                let of = |k| walk.references(k, &image(k));
+                let mut found: Vec<Vec<_>> = (0..T::LANES).map(of).collect();
+                found.iter_mut().flatten().for_each(|found| found.allow_roundings(count));
+                Ok(Some(found))
+            }
             Err(IntegrateError::Input(error)) => Err(error),
             Err(IntegrateError::Run(_) | IntegrateError::Interrupted) => Ok(None),
         }
     }
 }
 
-/// Marks the references that agree with the ones before as resolved. Returns whether all are.
-fn mark_resolved(found: &mut [Vec<Reference>], before: Option<&[Vec<Reference>]>) -> bool {
-    let Some(before) = before else { return false };
-    let mut all = true;
+/// Marks the references that agree with those of half as many steps as resolved, and keeps those
+/// that were resolved: further steps only add roundings.
+fn mark_resolved(found: &mut [Vec<Reference>], before: &[Vec<Reference>]) {
     for (found, before) in found.iter_mut().flatten().zip(before.iter().flatten()) {
-        let mean = &found.scales.centre;
-        if found.leaps {
-            all = false;
-            continue;
+        if before.is_resolved() {
+            found.clone_from(before);
+        } else if !found.leaps {
+            let allowed = [SETTLED * TOLERANCE, SETTLED * SHARE];
+            if found.agrees(before.size, &before.scales.centre, allowed) {
+                found.standing = Standing::Resolved;
+            }
+            found.followed = before.scales.track.agrees(&found.scales.track, STEADY);
         }
-        if before.agrees(found.size, mean, [SETTLED * TOLERANCE, SETTLED * SHARE]) {
-            found.standing = Standing::Resolved;
-        }
-        found.followed = before.scales.track.agrees(&found.scales.track, STEADY);
-        all &= found.standing == Standing::Resolved && found.followed;
     }
-    all
 }
 
 /// References where the solution ceases to be finite. Their sizes are those of the start.

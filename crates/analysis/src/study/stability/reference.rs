@@ -10,6 +10,16 @@ use super::thresholds::{SHARE, TOLERANCE};
 pub(super) const DISPLACED: f64 = 1.0 / (1 << 20) as f64;
 const GROWN: f64 = 256.0;
 
+/// A has decayed if its mean is below this, so that |x - c| is below √ε of the largest |x|.
+const DECAYED: f64 = f64::EPSILON;
+/// The change of ln A by a displaced start from which on roundings decide A. A decay that they do
+/// not decide changes by about the displacement.
+const APART: f64 = 1e-3;
+/// The longest decay time of a motion that decays to roundings, as a share of the run.
+const DECAY_SHARE: f64 = 0.125;
+/// What one method leaves of a motion at its roundings, over what another one leaves, at most.
+const ROUNDINGS_APART: f64 = 1024.0;
+
 /// The accuracy of the reference of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Standing {
@@ -34,6 +44,8 @@ pub(super) struct Reference {
     pub(super) scales: Scales<f64>,
     /// The mean of A over the second half.
     pub(super) size: f64,
+    /// A below which roundings decide: they keep a state of rest from being quieter than this.
+    pub(super) floor: f64,
     pub(super) halves: Halves<f64>,
 }
 
@@ -42,6 +54,37 @@ pub(super) struct Reference {
 pub struct References(pub(super) Vec<Option<Vec<Reference>>>);
 
 impl Reference {
+    /// Whether it is known everywhere.
+    pub(super) fn is_resolved(&self) -> bool {
+        self.standing == Standing::Resolved && self.followed
+    }
+
+    /// Whether little is left of the motion in the second half.
+    pub(super) fn has_decayed(&self) -> bool {
+        self.size < DECAYED
+    }
+
+    /// Finds the size below which roundings decide, from another solution, whose start is
+    /// displaced: it decays to another size there, or rests at another place.
+    pub(super) fn find_floor(&mut self, displaced: &Self) {
+        let [a, b] = [&*self, displaced].map(|x| x.size.max(1e-300));
+        let pairs = self.scales.centre.iter().zip(&displaced.scales.centre);
+        let between = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>() * self.scales.by_reach;
+        let is_apart = (a / b).ln().abs() > APART || between > APART * a;
+        if is_apart && self.has_decayed() && displaced.has_decayed() {
+            let size = ROUNDINGS_APART.powi(2) * a.max(b).max(between);
+            self.floor = self.floor.max(size.min(DECAYED));
+        }
+    }
+
+    /// Allows the roundings of the place of rest in `count` steps. They add up over a decay time of
+    /// the motion, which is at most [`DECAY_SHARE`] of the run where they are seen.
+    pub(super) fn allow_roundings(&mut self, count: u64) {
+        let Scales { by_reach, centre, .. } = &self.scales;
+        let square: f64 = centre.iter().map(|x| x * x).sum();
+        self.floor = (DECAY_SHARE * count as f64 * f64::EPSILON).powi(2) * square * by_reach;
+    }
+
     /// Whether another solution, whose start is displaced, stays near the place where this one
     /// rests.
     pub(super) fn stays_with(&self, displaced: &Self) -> bool {
@@ -62,9 +105,7 @@ impl Reference {
         let Scales { by_reach, centre, .. } = &self.scales;
         let square =
             |parts: &mut dyn Iterator<Item = f64>| parts.map(|x| x * x).sum::<f64>() * by_reach;
-        // Rounding keeps a state of rest from being quieter than this.
-        let rounding = (1024.0 * f64::EPSILON).powi(2) * square(&mut centre.iter().copied());
-        let [found, exact] = [size, self.size].map(|size| size.max(rounding).max(1e-300).ln());
+        let [found, exact] = [size, self.size].map(|size| size.max(self.floor).max(1e-300).ln());
         let off = square(&mut mean.iter().zip(centre).map(|(mean, centre)| mean - centre));
         (found - exact).abs() <= tolerance * (1.0 + exact.abs()) && off.sqrt() <= share
     }

@@ -244,6 +244,6 @@ impl<T: Side> Sums<T> {
         let scales = Scales { by_kinetic, by_reach, centre, track };
         let halves = self.halves.lane(k);
         let (standing, rests) = (Standing::Unsettled, !moves && kinetic > 0.0);
-        Reference { standing, followed: false, leaps, rests, scales, size, halves }
+        Reference { standing, followed: false, leaps, rests, scales, size, floor: 0.0, halves }
     }
 }

@@ -4,7 +4,7 @@ use super::{cell, custom, rows, spread, well};
 use afterbay_analysis::Model;
 use afterbay_analysis::progress::Silent;
 use afterbay_analysis::study::Problem;
-use afterbay_analysis::study::stability::{Map, Verdict};
+use afterbay_analysis::study::stability::{Map, StabilityRow, Verdict};
 use afterbay_core::Grid;
 use afterbay_methods::registry::find;
 use afterbay_systems::{DAMPED_OSCILLATOR, DUFFING, VAN_DER_POL};
@@ -88,6 +88,51 @@ fn rest_and_what_decays_below_any_number_is_right() {
             assert_eq!(found.verdict, Verdict::Right, "{model:?} {start:?} {found:?}");
         }
     }
+}
+
+/// Where the force is a difference of larger terms, a motion below their roundings decays no
+/// further, and each method rests at another place.
+#[test]
+fn a_motion_below_the_roundings_of_the_force_is_right() {
+    let morse = "(1 - exp(-q1))^2";
+    for (potential, c, end) in [
+        (morse, 0.4, 400.0),
+        (morse, 0.5, 400.0),
+        (morse, 2.5, 100.0),
+        (morse, 2.5, 600.0),
+        ("exp(q1) - q1 - 1", 0.3, 600.0),
+        ("1/(1 + q1) + q1 - 1", 2.5, 600.0),
+    ] {
+        for method in ["leapfrog", "rk4", "moddg"] {
+            let model = custom(potential, &["c*v1"], &[("c", c)]);
+            let found = cell(model, [0.4, 0.1], method, 0.05, end);
+            assert_eq!(found.verdict, Verdict::Right, "{potential} {c} {end} {method} {found:?}");
+        }
+    }
+    // Steps at which a method decays too slowly are still wrong.
+    let slow = cell(custom(morse, &["c*v1"], &[("c", 8.0)]), [0.4, 0.1], "moddg", 2.0, 60.0);
+    assert_eq!(slow.verdict, Verdict::Wrong, "{slow:?}");
+}
+
+/// Short steps round q more often than long ones. A value whose reference needs shorter steps does
+/// not spoil the references of the other steps, which were resolved before.
+#[test]
+fn roundings_at_a_place_of_rest_leave_no_run_unjudged() {
+    let model = custom("(q1 - 1)^2/2 + (q1 - 1)^4/4", &["c*v1"], &[("c", 2.5)]);
+    let problem = Problem { model, q: vec![0.4], p: vec![0.1], end: 100.0 };
+    let map = Map {
+        problem,
+        parameter: "c",
+        values: &[2.0, 2.5, 3.0],
+        steps: &[0.05, 0.2, 0.8, 1.5],
+        end: 100.0,
+        least_steps: 1,
+    };
+    let cells = map.run(&rows(&["leapfrog", "rk4", "moddg"]), &Silent).expect("a map");
+    let unjudged = cells.iter().find(|cell| cell.verdict == Verdict::Unjudged);
+    assert_eq!(unjudged, None);
+    let short = |cell: &&StabilityRow| cell.h == 0.05;
+    assert!(cells.iter().filter(short).all(|cell| cell.verdict == Verdict::Right), "{cells:?}");
 }
 
 #[test]
