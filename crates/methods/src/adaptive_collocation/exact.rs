@@ -3,7 +3,6 @@
 use super::engine::Engine;
 use crate::adaptive::is_rounding_at_rest;
 use crate::collocation::{MOST_NODES, Workspace};
-use crate::measured_rounding::measured_rounding;
 use crate::rounding::rounding;
 use afterbay_core::{Curvature, Effort, Scalar, State, StepFailure, Vector};
 
@@ -65,7 +64,7 @@ impl<V: Vector, const K: usize> Engine<V, K> {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
         if roundings > ACCEPTED_ROUNDINGS
             && roundings * rounding::<V::Scalar>(spare.scale())
-                > ACCEPTED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p)?)
+                > ACCEPTED_ROUNDINGS * rounding::<V::Scalar>(spare.energy_rounding(system, q, p)?)
         {
             return Err(StepFailure::Unresolved { nodes: MOST_NODES, roundings });
         }

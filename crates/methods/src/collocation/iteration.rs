@@ -143,6 +143,19 @@ impl<V: Vector> Workspace<V> {
         self.scale
     }
 
+    /// Measures the rounding of H at (q, p), times 1/ε, and returns the largest in the run so far.
+    ///
+    /// # Errors
+    /// [`StepFailure::NotGradient`]
+    pub(crate) fn energy_rounding<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        system: &S,
+        q: &[V::Scalar],
+        p: &[V::Scalar],
+    ) -> Result<f64, StepFailure> {
+        self.energy_rounding.measure(system, q, p)
+    }
+
     /// Whether Newton's method solved the last step, which was stiff.
     pub(crate) fn solved_by_newton(&self) -> bool {
         self.stiff
@@ -205,10 +218,11 @@ impl<V: Vector> Workspace<V> {
                 || (settled && self.defect <= ROUNDINGS_A_TERM * state.dof() as f64)
                 || (settled && self.defect * self.scale <= END_ROUNDINGS * self.terms(&problem))
             {
-                if !resolved {
+                let kept = resolved || self.is_energy_rounding(&problem);
+                if !kept {
                     self.restore(&problem)?;
                 }
-                if resolved || self.keeps_k(&problem) {
+                if kept || self.keeps_k(&problem) {
                     self.made_by = Some(h);
                     return Ok(effort);
                 }

@@ -47,6 +47,21 @@ impl<V: Vector> Workspace<V> {
         terms
     }
 
+    /// Whether the defect is the rounding of the terms of H at the ends. A move of (q, p) along ∇H
+    /// does not reduce it: where ∇H is small, near a state of rest, it would make the motion larger.
+    #[cold]
+    pub(super) fn is_energy_rounding<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        problem: &Problem<'_, V, S>,
+    ) -> bool {
+        let defect = self.defect * rounding::<V::Scalar>(self.scale);
+        if defect <= rounding::<V::Scalar>(2.0 * self.energy_rounding.largest()) {
+            return true;
+        }
+        let [start, end] = self.energy_roundings(problem);
+        defect <= rounding::<V::Scalar>(start + end)
+    }
+
     /// Whether the defect is the rounding of K at the ends. On a step so long that a rounding of z
     /// grows by many powers of ten, [`Self::terms`] is too large to be a useful bound.
     #[cold]
