@@ -27,7 +27,7 @@ const NOT_REACHED: &str = "nothing computed";
 const VALUES: &str = "compared";
 const RUNS: &str = "compared runs";
 /// The words that are not the period of a cycle.
-const WITHOUT_PERIOD: [&str; 3] = [GROWING, REST, NOT_REACHED];
+const WITHOUT_PERIOD: [&str; 4] = [GROWING, REST, FAILED, NOT_REACHED];
 /// The most changes of the period that a sentence names.
 const MOST_NAMED: usize = 6;
 
