@@ -90,6 +90,15 @@ fn rest_and_what_decays_below_any_number_is_right() {
     }
 }
 
+/// The verdict on a run with the friction c v, from (0.4, 0.1).
+fn damped(potential: &str, [c, h, end]: [f64; 3], method: &str) -> Verdict {
+    let model = custom(potential, &["c*v1"], &[("c", c)]);
+    let problem = Problem { model, q: vec![0.4], p: vec![0.1], end };
+    let (values, steps) = (&[c], &[h]);
+    let map = Map { problem, parameter: "c", values, steps, end, least_steps: 1 };
+    map.run(&rows(&[method]), &Silent).expect("a map")[0].verdict
+}
+
 /// Where the force is a difference of larger terms, a motion below their roundings decays no
 /// further, and each method rests at another place.
 #[test]
@@ -103,15 +112,13 @@ fn a_motion_below_the_roundings_of_the_force_is_right() {
         ("exp(q1) - q1 - 1", 0.3, 600.0),
         ("1/(1 + q1) + q1 - 1", 2.5, 600.0),
     ] {
-        for method in ["leapfrog", "rk4", "moddg"] {
-            let model = custom(potential, &["c*v1"], &[("c", c)]);
-            let found = cell(model, [0.4, 0.1], method, 0.05, end);
-            assert_eq!(found.verdict, Verdict::Right, "{potential} {c} {end} {method} {found:?}");
+        for method in ["leapfrog", "rk4", "moddg", "collocation-4"] {
+            let found = damped(potential, [c, 0.05, end], method);
+            assert_eq!(found, Verdict::Right, "{potential} {c} {end} {method}");
         }
     }
-    // Steps at which a method decays too slowly are still wrong.
-    let slow = cell(custom(morse, &["c*v1"], &[("c", 8.0)]), [0.4, 0.1], "moddg", 2.0, 60.0);
-    assert_eq!(slow.verdict, Verdict::Wrong, "{slow:?}");
+    // A method that decays too slowly is still wrong.
+    assert_eq!(damped(morse, [8.0, 2.0, 60.0], "moddg"), Verdict::Wrong);
 }
 
 /// Short steps round q more often than long ones. A value whose reference needs shorter steps does
