@@ -2,8 +2,8 @@
 
 /// The size of the motion A, in units of its largest in the exact solution, is right if
 /// |ln(A/A_exact)| ≤ TOLERANCE (1 + |ln A_exact|). This allows 10 % of the decay in logarithm, and
-/// 10 % of the size where there is no decay. Sizes below 1e-300, or below the rounding of the place
-/// of rest, count as equal to that.
+/// 10 % of the size where there is no decay. Sizes below 1e-300, or below the roundings of the
+/// reference, count as equal to that.
 pub const TOLERANCE: f64 = 0.1;
 
 /// Each component is right within this share of its own size: half the range of q_j or p_j along
