@@ -10,14 +10,16 @@ use super::thresholds::{SHARE, TOLERANCE};
 pub(super) const DISPLACED: f64 = 1.0 / (1 << 20) as f64;
 const GROWN: f64 = 256.0;
 
-/// A has decayed if its mean is below this, so that |x - c| is below √ε of the largest |x|.
+/// A has decayed if its mean is below this, so that |x - c| is below √ε of the largest |x|. A
+/// choice.
 const DECAYED: f64 = f64::EPSILON;
-/// The change of ln A by a displaced start from which on roundings decide A. A decay that they do
-/// not decide changes by about the displacement.
+/// Roundings decide A if a displaced start changes ln A by more than this. Without them it changes
+/// ln A by about the displacement. A choice.
 const APART: f64 = 1e-3;
-/// The longest decay time of a motion that decays to roundings, as a share of the run.
+/// The longest decay time of a motion that decays to roundings, as a share of the run. A choice.
 const DECAY_SHARE: f64 = 0.125;
-/// What one method leaves of a motion at its roundings, over what another one leaves, at most.
+/// Two methods leave a motion with different amplitudes once roundings decide them. This is the
+/// largest ratio of the two. A choice.
 const ROUNDINGS_APART: f64 = 1024.0;
 
 /// The accuracy of the reference of a cell.

@@ -99,8 +99,8 @@ fn damped(potential: &str, [c, h, end]: [f64; 3], method: &str) -> Verdict {
     map.run(&rows(&[method]), &Silent).expect("a map")[0].verdict
 }
 
-/// Where the force is a difference of larger terms, a motion below their roundings decays no
-/// further, and each method rests at another place.
+/// The force is a difference of larger terms. A motion smaller than their roundings does not decay
+/// any more, and each method leaves it at another place.
 #[test]
 fn a_motion_below_the_roundings_of_the_force_is_right() {
     let morse = "(1 - exp(-q1))^2";

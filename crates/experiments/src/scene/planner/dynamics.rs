@@ -95,9 +95,7 @@ impl Planner<'_> {
         };
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
         let named = format!("{path}.parameter");
-        let mut values = self.parameter(&named, &table.parameter)?;
-        // Upwards is from the least value to the largest, also if `from` is the largest.
-        values.sort_by(f64::total_cmp);
+        let values = self.parameter(&named, &table.parameter)?;
         let (at, given) = ((path, "points"), [table.transient, table.points]);
         let [transient, points] = self.returns(at, given, BIFURCATION)?;
         let (parameter, follow) = (table.parameter.name.clone(), table.follow);
@@ -130,9 +128,7 @@ impl Planner<'_> {
         let common = Common::new(path, &table.methods, &table.steps, table.reference);
         let Settings { methods, steps, reference, section } = self.settings(&common)?;
         let (named, name) = (format!("{path}.parameter"), table.parameter.name.clone());
-        let mut values = self.parameter(&named, &table.parameter)?;
-        // Upwards is from the least value to the largest, also if `from` is the largest.
-        values.sort_by(f64::total_cmp);
+        let values = self.parameter(&named, &table.parameter)?;
         let (at, given) = ((path, "periods"), [table.transient, table.periods]);
         let [transient, periods] = self.returns(at, given, RESONANCE)?;
         let (problem, spacing) = (self.problem.clone(), table.parameter.scale);

@@ -17,9 +17,8 @@ impl Planner<'_> {
         let methods = self.fixed_methods(path, table.methods.as_ref())?;
         let mut steps = self.spread(&format!("{path}.steps"), &table.steps)?;
         let varied = &table.parameter;
-        let mut values = self.parameter(&format!("{path}.parameter"), varied)?;
+        let values = self.parameter(&format!("{path}.parameter"), varied)?;
         steps.sort_by(f64::total_cmp);
-        values.sort_by(f64::total_cmp);
         let cells = (steps.len() * values.len() * methods.len()) as f64;
         self.budget(
             path,
@@ -51,10 +50,12 @@ impl Planner<'_> {
         Ok(Some(StabilityPlan { methods, steps, step_spacing, parameter, values, spacing, end }))
     }
 
-    /// The values of a varied parameter, at each of which the system is valid.
+    /// The values of a varied parameter in ascending order, at each of which the system is valid.
+    /// Upwards means from the least value to the largest, also if `from` is the largest.
     pub(super) fn parameter(&self, named: &str, varied: &ParameterTable) -> Planned<Vec<f64>> {
         let ends = (varied.from, varied.to);
-        let values = self.range(named, ends, varied.count, varied.scale, f64::NEG_INFINITY)?;
+        let mut values = self.range(named, ends, varied.count, varied.scale, f64::NEG_INFINITY)?;
+        values.sort_by(f64::total_cmp);
         let known = self.problem.model.parameters();
         if !known.contains(&varied.name.as_str()) {
             self.not_computed(&format!("{named}.name"), &varied.name)?;
