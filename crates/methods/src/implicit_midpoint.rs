@@ -33,7 +33,7 @@ use afterbay_core::{Curvature, Effort, InputError, Method, Scalar, State, StepFa
 
 /// The error of an equation, as a share of its terms, at which a solution is rejected.
 const LARGEST_DEFECT: f64 = 1e-3;
-/// The number of roundings of z̄ that are allowed in addition to [`LARGEST_DEFECT`].
+/// The number of roundings of z̄ and of the forces that are allowed in addition to [`LARGEST_DEFECT`].
 const DEFECT_ROUNDINGS: f64 = 64.0;
 
 /// The implicit midpoint rule.
@@ -89,10 +89,11 @@ where
         *w1 = (h * d).mul_add(v, w0);
     }
 
-    let Workspace { dq, dp, q_mean, p_mean, hq, v, d, missing, gain, .. } = found;
+    let Workspace { dq, dp, q_mean, p_mean, hq, v, d, missing, gain, force_rounding, .. } = found;
     let largest = |z: &V| max_norm(z.as_slice());
     let length = h.to_f64().abs();
-    let [q, p] = [largest(q_mean), largest(p_mean)];
+    let q = largest(q_mean);
+    let p = length.mul_add(*force_rounding, largest(p_mean));
     let terms = [
         length.mul_add(largest(v), largest(dq)),
         length.mul_add(largest(hq) + largest(d), largest(dp)),

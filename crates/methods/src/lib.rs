@@ -18,6 +18,7 @@ mod adaptive_radau;
 mod adaptive_verner;
 mod collocation;
 mod explicit_dop853;
+mod force_rounding;
 mod gonzalez;
 mod implicit_midpoint;
 mod increment;

@@ -9,6 +9,12 @@ use afterbay_core::{Scalar, StepFailure, System};
 /// are measured, and others may be larger.
 const BOUND_OVER_MEASURED: f64 = 4.0;
 
+/// The longest interval, as a share of z. The others are shorter by powers of two. A choice: a
+/// number without a short binary fraction, because terms of few digits have no rounding, as those of
+/// q²/2 - 2q + 2 at q = 2 + 2^-k.
+const LONGEST_SHARE: f64 = 0.061_803_398_874_989_49;
+/// The number of intervals on each side of z.
+const INTERVALS: i32 = 17;
 /// A difference that exceeds those over shorter intervals by this factor may not be rounding. A
 /// choice: roundings of neighbouring intervals are alike, or proportional to the length.
 const LARGEST_LEAP: f64 = 16.0;
@@ -44,14 +50,16 @@ impl<T: Scalar, S: System<T> + ?Sized> Ray<'_, T, S> {
 }
 
 /// The rounding error of H near z = (q, p), times 1/ε, that cancellation between its terms causes,
-/// or `largest` if that is larger: the largest difference between the change of H when z grows by a
-/// share of itself and the integral of its slope. It is 0 where |H| and the terms of ∇H·z explain
-/// the difference.
+/// or `largest` if that is larger: the largest difference between the change of H when z grows or
+/// shrinks by a share of itself and the integral of its slope. It is 0 where |H| and the terms of
+/// ∇H·z explain the difference.
 ///
 /// Terms that cancel inside H, as in 1 - cos q, leave an error that |H| does not bound, and only a
-/// measurement shows it. The shares are 2^-4 to 2^-20, so that H changes by more than one unit in
-/// the last place of its terms unless z is nearly at rest. A difference far above those of smaller
-/// shares counts only if it remains as the interval is halved.
+/// measurement shows it. The shares are [`LONGEST_SHARE`] to 2^-16 times that, so that H changes by
+/// more than one unit in the last place of its terms unless z is nearly at rest. Both signs count,
+/// because the terms may be exact on one side of a power of two alone: q²/2 - 2q + 2, computed as
+/// q(q/2 - 2) + 2 with one rounding, is exact where 2 ≤ q < 4. A difference far above those of
+/// smaller shares counts only if it remains as the interval is halved.
 ///
 /// # Errors
 /// [`StepFailure::NotGradient`]
@@ -65,8 +73,8 @@ fn measure<T: Scalar, S: System<T> + ?Sized>(
     let mut ray = Ray { system, z: [q, p], scale: 1.0, memory };
     check_slope(&mut ray)?;
     let (mut most, mut usual) = (largest * T::EPSILON / BOUND_OVER_MEASURED, 0.0_f64);
-    for power in (4..21).rev() {
-        let interval = [0.0, 2.0_f64.powi(-power)];
+    let shares = (0..INTERVALS).rev().map(|power| LONGEST_SHARE * 2.0_f64.powi(-power));
+    for interval in shares.flat_map(|share| [[0.0, share], [-share, 0.0]]) {
         let Difference { size, terms, resolved, .. } = ray.difference(interval);
         // A narrow feature of H makes the difference jump once the interval contains it.
         let leaps = size > LARGEST_LEAP * usual && size > most;
@@ -117,6 +125,25 @@ impl<T: Scalar> EnergyRounding<T> {
     ) -> Result<f64, StepFailure> {
         self.largest = measure(system, [q, p], &mut self.memory, self.largest)?;
         Ok(self.largest)
+    }
+
+    /// Whether `accepts` holds with the largest rounding so far or, since a measurement takes about
+    /// 700 gradients, only then with one measured at z = (q, p).
+    ///
+    /// # Errors
+    /// [`StepFailure::NotGradient`]
+    #[cold]
+    pub(crate) fn allows<S: System<T> + ?Sized>(
+        &mut self,
+        system: &S,
+        [q, p]: [&[T]; 2],
+        accepts: impl Fn(&Self) -> bool,
+    ) -> Result<bool, StepFailure> {
+        if accepts(self) {
+            return Ok(true);
+        }
+        self.measure(system, q, p)?;
+        Ok(accepts(self))
     }
 
     /// The largest so far.

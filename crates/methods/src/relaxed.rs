@@ -36,9 +36,10 @@
 //! limit of stability, which relaxation does not change (|hλ| ≈ 2.8 for rk4).
 //!
 //! Systems whose V or D has kinks in t are refused: a step that ends late by its error may
-//! cross one, which moves γ and the time of the state. Steps so short that they change K by
-//! roundings alone have γ = 1, and these roundings are taken from the largest Δw_j. The scalar must
-//! hold one number: there are no lanes.
+//! cross one, which moves γ and the time of the state. Steps that change K by roundings alone, be
+//! they those of K or larger ones of terms that cancel inside H, have γ = 1. These roundings are
+//! taken from the largest Δw_j that exceeds them. The scalar must hold one number: there are no
+//! lanes.
 
 mod direction;
 mod rest;

@@ -23,9 +23,6 @@ use std::hint::cold_path;
 const STALLED_SWEEPS: u32 = 3;
 /// The error of K, in roundings of its terms, that is not attributed to the quadrature.
 const RESOLVED_ROUNDINGS: f64 = 16.0;
-/// The error of K, in roundings of z times their effect on K, that is attributed to rounding: the
-/// new state is rounded once more after the iteration.
-const END_ROUNDINGS: f64 = 8.0;
 
 /// The error of K, in roundings of its terms, that each of the N terms of a sum may contribute.
 pub(super) const ROUNDINGS_A_TERM: f64 = 0.5;
@@ -81,9 +78,9 @@ pub struct Workspace<V: Vector> {
     pub(super) w: V,
     /// The size of the step that produced it, if any.
     made_by: Option<V::Scalar>,
-    /// The measured rounding of H at the start and the end of the step, once it was needed.
-    pub(super) energy_roundings: [Option<f64>; 2],
-    pub(super) energy_rounding: EnergyRounding<V::Scalar>,
+    /// Whether the rounding of H was measured at the start and at the end of the step.
+    pub(super) measured_at: [bool; 2],
+    pub(crate) energy_rounding: EnergyRounding<V::Scalar>,
     /// Σ Δw_j
     pub(super) gained: V::Scalar,
     pub(super) defect: f64,
@@ -124,7 +121,7 @@ impl<V: Vector> Workspace<V> {
             p: zeros(),
             w: zeros(),
             made_by: None,
-            energy_roundings: [None; 2],
+            measured_at: [false; 2],
             energy_rounding: EnergyRounding::new(n),
             gained: V::Scalar::zero(),
             defect: 0.0,
@@ -141,19 +138,6 @@ impl<V: Vector> Workspace<V> {
     /// The sum of the terms of K, whose rounding is the unit of the defect.
     pub(crate) fn scale(&self) -> f64 {
         self.scale
-    }
-
-    /// Measures the rounding of H at (q, p), times 1/ε, and returns the largest in the run so far.
-    ///
-    /// # Errors
-    /// [`StepFailure::NotGradient`]
-    pub(crate) fn energy_rounding<S: Curvature<V::Scalar> + ?Sized>(
-        &mut self,
-        system: &S,
-        q: &[V::Scalar],
-        p: &[V::Scalar],
-    ) -> Result<f64, StepFailure> {
-        self.energy_rounding.measure(system, q, p)
     }
 
     /// Whether Newton's method solved the last step, which was stiff.
@@ -208,7 +192,7 @@ impl<V: Vector> Workspace<V> {
             effort += self.solve(&problem)?;
             let before = self.defect;
             self.finish(&problem)?;
-            self.energy_roundings[1] = None;
+            self.measured_at[1] = false;
             // If more nodes do not reduce the error, it may be due to the rounding of H. The error
             // with the most nodes may be due to it as well.
             let is_last = level + 1 == self.rules.len();
@@ -216,7 +200,7 @@ impl<V: Vector> Workspace<V> {
             let resolved = self.defect <= RESOLVED_ROUNDINGS;
             if resolved
                 || (settled && self.defect <= ROUNDINGS_A_TERM * state.dof() as f64)
-                || (settled && self.defect * self.scale <= END_ROUNDINGS * self.terms(&problem))
+                || (settled && self.is_rounding(&problem))
             {
                 let kept = resolved || self.is_energy_rounding(&problem);
                 if !kept {
@@ -245,7 +229,7 @@ impl<V: Vector> Workspace<V> {
         let continued = self.made_by.take() == Some(h)
             && self.q.as_slice() == state.q.as_slice()
             && self.p.as_slice() == state.p.as_slice();
-        self.energy_roundings = [self.energy_roundings[1].filter(|_| continued), None];
+        self.measured_at = [continued && self.measured_at[1], false];
         if !continued {
             return self.rest(state.dof());
         }

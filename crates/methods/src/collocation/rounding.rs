@@ -8,30 +8,39 @@ use crate::second_derivatives::{SecondDerivatives, second_order};
 use afterbay_core::{Curvature, Scalar, Vector};
 use std::array::from_fn;
 
+/// The error of K, in roundings of z times their effect on K, that is attributed to rounding: the
+/// new state is rounded once more after the iteration.
+const END_ROUNDINGS: f64 = 8.0;
 /// The largest change of the coefficients, in roundings, that may be noise.
 const COEFFICIENT_ROUNDINGS: f64 = 64.0;
 /// The largest change relative to p at which the rounding of H is measured. As a motion decays, the
-/// first changes that are noise are small; a measurement takes 300 gradients. A choice.
+/// first changes that are noise are small; a measurement takes about 700 gradients. A choice.
 const LARGEST_FIRST_NOISE: f64 = 1e-3;
 
 impl<V: Vector> Workspace<V> {
-    /// The scale of the rounding error of K over the step: the measured rounding of H, and at both
-    /// ends `|H| + Σ |w_j| + Σ |∂H/∂q_j + D_j| |δq| + Σ |∂H/∂p_j| |δp|`, in which the second
+    /// Whether the defect is a rounding of K over the step. The scale of that rounding is the
+    /// measured rounding of H and [`Self::terms`].
+    #[cold]
+    pub(super) fn is_rounding<S: Curvature<V::Scalar> + ?Sized>(
+        &mut self,
+        problem: &Problem<'_, V, S>,
+    ) -> bool {
+        let (terms, defect) = (self.terms(problem), self.defect * self.scale);
+        self.allows(problem, |measured| defect <= END_ROUNDINGS * (terms + measured))
+    }
+
+    /// The scale of the rounding error of K over the step beside the measured rounding of H: at
+    /// both ends `|H| + Σ |w_j| + Σ |∂H/∂q_j + D_j| |δq| + Σ |∂H/∂p_j| |δp|`, in which the second
     /// derivatives amplify the roundings δq and δp of q and p over the step. A rounding of the
     /// forces changes K by no more than a rounding of one of these terms. A larger change is due to
     /// a quadrature that does not resolve H.
-    #[cold]
-    pub(super) fn terms<S: Curvature<V::Scalar> + ?Sized>(
-        &mut self,
-        problem: &Problem<'_, V, S>,
-    ) -> f64 {
+    fn terms<S: Curvature<V::Scalar> + ?Sized>(&mut self, problem: &Problem<'_, V, S>) -> f64 {
         let Problem { system, h, state, .. } = *problem;
-        let energy_roundings = self.energy_roundings(problem);
         let Self { slopes, q, p, w, .. } = self;
         let ([hq, d, ..], [hp, ..]) = (&mut slopes.hq, &mut slopes.hp);
         let (hq, hp, d) = (hq.as_mut_slice(), hp.as_mut_slice(), d.as_mut_slice());
         let total = |x: &[V::Scalar]| x.iter().map(|x| x.to_f64().abs()).sum::<f64>();
-        let mut terms = energy_roundings[0] + energy_roundings[1];
+        let mut terms = 0.0;
         for (q, p, w) in [(&state.q, &state.p, &state.w), (&*q, &*p, &*w)] {
             let (q, p) = (q.as_slice(), p.as_slice());
             system.gradient(q, p, hq, hp);
@@ -55,11 +64,7 @@ impl<V: Vector> Workspace<V> {
         problem: &Problem<'_, V, S>,
     ) -> bool {
         let defect = self.defect * rounding::<V::Scalar>(self.scale);
-        if defect <= rounding::<V::Scalar>(2.0 * self.energy_rounding.largest()) {
-            return true;
-        }
-        let [start, end] = self.energy_roundings(problem);
-        defect <= rounding::<V::Scalar>(start + end)
+        self.allows(problem, |measured| defect <= rounding::<V::Scalar>(measured))
     }
 
     /// Whether the defect is the rounding of K at the ends. On a step so long that a rounding of z
@@ -74,33 +79,33 @@ impl<V: Vector> Workspace<V> {
         if self.defect <= kept {
             return true;
         }
-        let energy_roundings = self.energy_roundings(problem);
         let second_order = |q: &V, p: &V| second_order(system, q.as_slice(), p.as_slice());
         let second_order = second_order(&state.q, &state.p) + second_order(&self.q, &self.p);
         let ends = kept * rounding::<V::Scalar>(V::Scalar::EPSILON * second_order);
-        let measured = energy_roundings[0] + energy_roundings[1];
-        let measured = RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured);
-        self.defect * rounding::<V::Scalar>(self.scale) <= ends.max(measured)
+        let defect = self.defect * rounding::<V::Scalar>(self.scale);
+        let is_rounding = |measured| defect <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured);
+        defect <= ends || self.allows(problem, is_rounding)
     }
 
-    /// The rounding of H at both ends. A measurement takes 300 gradients, so the next step uses the
-    /// value at the end again. The value is kept when K is restored, which moves the end by at most
-    /// 1e-8 of z. If the gradient is wrong, nothing is measured and the largest value so far is
-    /// returned; the failing step reports the gradient.
-    fn energy_roundings<S: Curvature<V::Scalar> + ?Sized>(
+    /// Whether `accepts` holds for the roundings of H at both ends together: for twice the largest
+    /// so far or, since a measurement takes about 700 gradients, only then for those measured at
+    /// the ends. If the gradient is wrong, nothing is measured; the failing step reports it.
+    fn allows<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,
         &Problem { system, state, .. }: &Problem<'_, V, S>,
-    ) -> [f64; 2] {
-        let [start, end] = self.energy_roundings;
-        let rounding = &mut self.energy_rounding;
-        let mut measure = |q: &V, p: &V| {
-            let measured = rounding.measure(system, q.as_slice(), p.as_slice());
-            measured.unwrap_or(rounding.largest())
-        };
-        let start = start.unwrap_or_else(|| measure(&state.q, &state.p));
-        let end = end.unwrap_or_else(|| measure(&self.q, &self.p));
-        self.energy_roundings = [Some(start), Some(end)];
-        [start, end]
+        accepts: impl Fn(f64) -> bool,
+    ) -> bool {
+        let Self { energy_rounding, q, p, measured_at, .. } = self;
+        let ends = [(&state.q, &state.p), (&*q, &*p)];
+        for (is_measured, (q, p)) in measured_at.iter_mut().zip(ends) {
+            if accepts(2.0 * energy_rounding.largest()) {
+                return true;
+            }
+            if !std::mem::replace(is_measured, true) {
+                energy_rounding.measure(system, q.as_slice(), p.as_slice()).unwrap_or_default();
+            }
+        }
+        accepts(2.0 * energy_rounding.largest())
     }
 
     /// Whether changes that no longer shrink, of the given share of p, are the rounding of the

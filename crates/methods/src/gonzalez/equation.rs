@@ -3,6 +3,7 @@
 
 use super::jacobian::Jacobian;
 use super::lambda::Lambda;
+use crate::force_rounding::ForceRounding;
 use crate::kernels::reductions::{dot, products};
 use crate::linear::LinearSolver;
 use crate::measured_rounding::EnergyRounding;
@@ -55,13 +56,14 @@ pub struct Workspace<V: Vector> {
     /// 1 + `lambda_slope` · `column`, the denominator of the Sherman-Morrison formula, if the
     /// rank-one part is present
     denominator: Option<f64>,
-    /// The largest rounding of H measured in the run.
+    /// The largest roundings of H and of the forces measured in the run.
     pub(super) measured: EnergyRounding<V::Scalar>,
+    pub(super) measured_force: ForceRounding<V::Scalar>,
     /// The roundings times 1/ε of H, of the numerator of λ beyond |H|, and of the forces, once an
     /// iteration has stalled.
     pub(super) energy_rounding: f64,
     pub(super) lambda_rounding: f64,
-    pub(super) force_rounding: f64,
+    pub(crate) force_rounding: f64,
 }
 
 impl<V: Vector> Workspace<V> {
@@ -106,6 +108,7 @@ impl<V: Vector> Workspace<V> {
             dragged: 0.0,
             denominator: None,
             measured: EnergyRounding::new(n),
+            measured_force: ForceRounding::new(n),
             energy_rounding: 0.0,
             lambda_rounding: 0.0,
             force_rounding: 0.0,

@@ -46,7 +46,8 @@ impl<V: Vector> Workspace<V> {
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
-        (self.energy_rounding, self.lambda_rounding, self.force_rounding) = (0.0, 0.0, 0.0);
+        self.lambda_rounding = self.measured.largest();
+        (self.energy_rounding, self.force_rounding) = (0.0, 0.0);
         if self.has_lambda {
             self.start = state.energy(system);
         }
@@ -66,11 +67,22 @@ impl<V: Vector> Workspace<V> {
         if step.solve_from_rest().is_ok() && finish(step.workspace) {
             return Ok(step.effort());
         }
-        // If the terms of H or of the forces cancel, their roundings exceed those of |H| and p.
-        // These roundings are measured, and the equations are solved up to them.
+        // If the terms of H or of the forces cancel, their roundings exceed those of |H| and p. The
+        // equations are solved up to these roundings: the largest that were measured in earlier
+        // steps, then those measured here.
+        let known = step.workspace.measured_roundings();
+        if known != [0.0; 2] {
+            step.workspace.allow_roundings(system, state);
+            if step.solve_from_rest().is_ok() && finish(step.workspace) {
+                return Ok(step.effort());
+            }
+        }
         step.workspace.measure_roundings(system, state)?;
-        if step.solve_from_rest().is_ok() && finish(step.workspace) {
-            return Ok(step.effort());
+        if known == [0.0; 2] || step.workspace.measured_roundings() != known {
+            step.workspace.allow_roundings(system, state);
+            if step.solve_from_rest().is_ok() && finish(step.workspace) {
+                return Ok(step.effort());
+            }
         }
         step.solve_by_continuation()?;
         if finish(step.workspace) {
@@ -82,24 +94,42 @@ impl<V: Vector> Workspace<V> {
         Err(StepFailure::non_finite(&[(Quantity::Energy, &[step.workspace.energy])]))
     }
 
-    /// Measures the rounding of H at the start, and estimates that of the forces.
+    /// The largest roundings of H and of the forces that were measured.
+    fn measured_roundings(&self) -> [f64; 2] {
+        [self.measured.largest(), self.measured_force.largest()]
+    }
+
+    /// Measures the roundings of H and of the forces at the start.
     #[cold]
     fn measure_roundings<S>(&mut self, system: &S, state: &State<V>) -> Result<(), StepFailure>
     where
         S: Curvature<V::Scalar> + ?Sized,
     {
         let (q, p) = (state.q.as_slice(), state.p.as_slice());
-        let measured = self.measured.measure(system, q, p)?;
+        self.measured.measure(system, q, p)?;
+        self.measured_force.measure(system, [q, p]);
+        Ok(())
+    }
+
+    /// Sets the roundings of H, of λ and of the forces at the start from the largest ones that were
+    /// measured.
+    #[cold]
+    fn allow_roundings<S>(&mut self, system: &S, state: &State<V>)
+    where
+        S: Curvature<V::Scalar> + ?Sized,
+    {
+        let (q, p) = (state.q.as_slice(), state.p.as_slice());
         let second = SecondDerivatives::at(system, q, p).of_potential();
-        self.force_rounding = self.measured.of_forces(state.energy(system).to_f64(), second);
+        let estimated = self.measured.of_forces(state.energy(system).to_f64(), second);
+        self.force_rounding = estimated.max(self.measured_force.largest());
         if self.has_lambda {
             let [hq, hp] = &mut self.end_slopes;
             system.gradient(q, p, hq.as_mut_slice(), hp.as_mut_slice());
             // A rounding of z changes H by a rounding of these terms.
             let terms = (terms(hq.as_slice(), q) + terms(hp.as_slice(), p)).to_f64();
+            let measured = self.measured.largest();
             (self.energy_rounding, self.lambda_rounding) = (measured, measured + terms);
         }
-        Ok(())
     }
 }
 

@@ -5,6 +5,7 @@ use super::equation::Workspace;
 use super::lambda::Lambda;
 use crate::adaptive::{LARGEST_PROJECTION, Projection};
 use crate::kernels::reductions::terms;
+use crate::measured_rounding::EnergyRounding;
 use crate::rounding::{KEPT_ROUNDINGS, RESTORED_ROUNDINGS, rounding};
 use crate::second_derivatives::second_order;
 use afterbay_core::{Curvature, Mask, Quantity, Scalar, State, StepFailure, Vector};
@@ -118,8 +119,9 @@ impl<V: Vector> Workspace<V> {
         self.restore(system, state, start, spent)
     }
 
-    /// Moves z1 along ∇H until K equals its old value to rounding. If that is impossible, as close
-    /// to an equilibrium, returns whether the change of K is a rounding of its terms.
+    /// Moves z1 along ∇H until K equals its old value to rounding, unless the change of K is a
+    /// rounding of H. If that is impossible, as close to an equilibrium, returns whether the change
+    /// of K is a rounding of its terms.
     #[cold]
     fn restore<S>(
         &mut self,
@@ -151,6 +153,15 @@ impl<V: Vector> Workspace<V> {
         // step.
         if !(off.is_finite() && off <= kept.max(LARGEST_DEFECT * size.to_f64())) {
             return false;
+        }
+        // Where ∇H is small, near a state of rest, a move along it that corrects a rounding of H
+        // would make the motion larger.
+        let z = [self.q.as_slice(), self.p.as_slice()];
+        let is_rounding = |measured: &EnergyRounding<V::Scalar>| {
+            off <= rounding::<V::Scalar>(2.0 * measured.largest())
+        };
+        if off > kept && self.measured.allows(system, z, is_rounding).unwrap_or(false) {
+            return true;
         }
         let (slope, target) = ([hq.as_slice(), hp.as_slice()], start - gained);
         let (size, energy, free) = ((start.abs() + spent).to_f64(), self.energy, self.free);

@@ -197,8 +197,10 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
             return Ok(());
         }
         let off = (energy - target).abs().to_f64();
-        let measured = rounding::<V::Scalar>(energy_rounding.measure(system, q, p)?);
-        if off <= RESTORED_ROUNDINGS * measured {
+        let is_rounding = energy_rounding.allows(system, [q, p], |measured| {
+            off <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured.largest())
+        })?;
+        if is_rounding {
             return Ok(());
         }
         Err(StepFailure::ProjectionFailed { excess: (energy - target).to_f64() })
@@ -212,11 +214,11 @@ impl<V: Vector, S: Curvature<V::Scalar> + ?Sized> Step<'_, V, S> {
         let (q, p) = (self.state.q.as_slice(), self.state.p.as_slice());
         let z = max_norm(q).max(max_norm(p));
         let second = SecondDerivatives::at(self.system, q, p).largest();
-        self.measure_rounding()?;
-        let rounding = &self.workspace.energy_rounding;
-        let forces = second * z + rounding.of_forces(self.start.to_f64(), second);
-        let terms = z + self.h.to_f64().abs() * forces;
-        Ok(self.moved <= STALLED_UPDATE_ROUNDINGS * V::Scalar::EPSILON * terms)
+        let (start, h, moved) = (self.start.to_f64(), self.h.to_f64().abs(), self.moved);
+        self.workspace.energy_rounding.allows(self.system, [q, p], |measured| {
+            let terms = z + h * (second * z + measured.of_forces(start, second));
+            moved <= STALLED_UPDATE_ROUNDINGS * V::Scalar::EPSILON * terms
+        })
     }
 
     /// Measures the rounding of H at the start, and returns the largest so far.

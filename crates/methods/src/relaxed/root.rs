@@ -4,7 +4,7 @@
 use super::direction::Direction;
 use crate::adaptive::Projection;
 use crate::kernels::reductions::{max_norm, sum};
-use crate::measured_rounding::measured_rounding;
+use crate::measured_rounding::EnergyRounding;
 use crate::rounding::{RESTORED_ROUNDINGS, rounding};
 use afterbay_core::{Mask, Quantity, Scalar, State, StepFailure, System, Vector};
 
@@ -41,12 +41,15 @@ pub(super) struct Chord<V: Vector> {
     /// H at (q, p).
     pub(super) energy: V::Scalar,
     gamma: V::Scalar,
+    energy_rounding: EnergyRounding<V::Scalar>,
 }
 
 impl<V: Vector> Chord<V> {
     pub(super) fn new(n: usize) -> Self {
         let [zero, one] = [V::Scalar::zero(), V::Scalar::one()];
-        Self { q: V::zeros(n), p: V::zeros(n), w: V::zeros(n), energy: zero, gamma: one }
+        let energy_rounding = EnergyRounding::new(n);
+        let [q, p, w] = [(); 3].map(|()| V::zeros(n));
+        Self { q, p, w, energy: zero, gamma: one, energy_rounding }
     }
 
     /// Finds γ and sets the new state. `now` is K at `state`; `total` is the value of K to be
@@ -70,8 +73,11 @@ impl<V: Vector> Chord<V> {
         }
         let lost = (plain.excess - (now - total)).to_f64().abs();
         // If the step changes K by roundings alone, they would decide γ, and move z by far more
-        // than a rounding.
-        if lost <= DETERMINING_ROUNDINGS * unit && self.take_from_reservoir(direction, plain.excess)
+        // than a rounding. Terms that cancel inside H give it roundings that |H| does not show.
+        let noise = rounding::<V::Scalar>(self.energy_rounding.largest());
+        let is_noise = excess.abs() <= RESTORED_ROUNDINGS * noise;
+        if lost <= DETERMINING_ROUNDINGS * unit.max(noise)
+            && (self.take_from_reservoir(direction, plain.excess) || is_noise)
         {
             return Ok(one);
         }
@@ -97,14 +103,16 @@ impl<V: Vector> Chord<V> {
         {
             return Ok(one);
         }
-        // Terms that cancel inside H give it a rounding error that |H| does not show.
-        let (q, p) = (state.q.as_slice(), state.p.as_slice());
-        let noise = RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured_rounding(system, q, p)?);
-        let nearest = root.filter(|root| root.excess.to_f64().abs() <= noise);
-        let plain = Some(plain).filter(|plain| plain.excess.to_f64().abs() <= noise);
-        if let Some(root) = nearest.or(plain) {
-            self.place(system, state, direction, root.gamma, total)?;
-            return Ok(root.gamma);
+        let start = [state.q.as_slice(), state.p.as_slice()];
+        for point in [plain].into_iter().chain(root) {
+            let off = point.excess.to_f64().abs();
+            let is_noise = self.energy_rounding.allows(system, start, |measured| {
+                off <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured.largest())
+            })?;
+            if is_noise {
+                self.place(system, state, direction, point.gamma, total)?;
+                return Ok(point.gamma);
+            }
         }
         Err(StepFailure::NoRelaxationRoot { excess })
     }
