@@ -102,9 +102,9 @@ pub enum StepFailure {
     },
     /// No small change of (q, p) restores K.
     #[error(
-        "the projection fails: K is off by {excess:e} after the step, and no change of q and p \
-         within the error allowed makes up for it: take a smaller step, allow a larger error, \
-         or take a method of collocation"
+        "the projection fails: K is off by {excess:e} after the step, and no change of q and p of \
+         the size of its error makes up for it: take a smaller step, or a larger tolerance where \
+         the method chooses its steps, or a method of collocation"
     )]
     ProjectionFailed {
         /// The change of K over the step.
@@ -278,7 +278,8 @@ fn factor(x: f64) -> String {
 fn remedy(value: f64) -> &'static str {
     if value.is_nan() {
         "take a smaller step, or a method that is stable here; no step helps where the motion \
-         itself reaches a point where H or D has no value, such as ln(q) or q^m for q < 0"
+         itself grows without bound, or reaches a point where H or D has no value, such as ln(q) \
+         or q^m for q < 0"
     } else {
         "take a smaller step, or a method that is stable here; no step helps where the motion \
          itself grows without bound"

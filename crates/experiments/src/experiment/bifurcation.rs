@@ -228,8 +228,12 @@ fn what_is_seen(r: &Readings) -> Said {
             };
             // The reference may have none at the other values.
             let known = if all < number("values") { " where it has one" } else { "" };
-            let of = if alike == all && all > 1.0 { "all".into() } else { format!("{alike} of") };
-            let at = format!("{at} {of} {}", counted(all, thing));
+            let at = match (alike == all, all) {
+                (true, 1.0) => format!("{at} the {thing}"),
+                (true, 2.0) => format!("{at} both {thing}s"),
+                (true, _) => format!("{at} all {}", counted(all, thing)),
+                (false, _) => format!("{at} {alike} of {}", counted(all, thing)),
+            };
             let first = significant(number("first other value"), 5);
             let other = if alike == all {
                 String::new()

@@ -112,13 +112,12 @@ fn the_cheapest(r: &Readings) -> Said {
             sci(r.number("q, p and w", "doubt"))
         ),
         (Some(cheapest), kept) => format!(
-            "the cheapest run {wanted} is {}; the cheapest that keeps K is {}. Methods with such a \
-             run: {}.",
+            "the cheapest run {wanted} is {}; {}. Methods with such a run: {}.",
             say(cheapest),
             match kept {
-                None => "none".into(),
-                Some(kept) if kept == cheapest => "the same".into(),
-                Some(kept) => say(kept),
+                None => "none of these keeps K".into(),
+                Some(kept) if kept == cheapest => "the cheapest that keeps K is the same".into(),
+                Some(kept) => format!("the cheapest that keeps K is {}", say(kept)),
             },
             all.len(),
         ),

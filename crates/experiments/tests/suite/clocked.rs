@@ -158,6 +158,12 @@ fn some_studies_refuse_the_time_by_name() {
         "[study.resonance]\nparameter = { name = \"a\", from = 1, to = 2, count = 2 }\n";
     let error = Scene::read(&format!("{MATHIEU}{resonance}")).unwrap_err().to_string();
     assert!(error.contains("the system has no drive"), "{error}");
+    let drive = "[drive]\nforce = [\"0*cos(t)\"]\n";
+    let scene = "[system]\nname = \"damped-oscillator\"\nparameters = { k = 1.0, b = 0.1 }\n\
+                 [initial]\nq = [1.0]\np = [0.0]\n[time]\nend = 2.0\nstep = 0.1\n";
+    let resonance = resonance.replace("\"a\"", "\"b\"");
+    let error = Scene::read(&format!("{scene}{drive}{resonance}")).unwrap_err().to_string();
+    assert!(error.contains("every force in [drive] is 0"), "{error}");
 }
 
 /// In the linear equation with a = 1 a state and its double return to states in the same ratio.

@@ -17,6 +17,7 @@ use afterbay_analysis::{Spacing, Variable};
 use afterbay_methods::registry::Row;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
+use std::collections::HashSet;
 
 /// The ratio of the shortest step of the methods to the step of the reference. A choice.
 const FINER: f64 = 2.0;
@@ -122,7 +123,11 @@ impl Planner<'_> {
         let Some(table) = &self.document.study.resonance else { return Ok(None) };
         let path = "study.resonance";
         if self.problem.model.driven().is_empty() {
-            let (key, why) = ("resonance", "the system has no drive: declare one in [drive]");
+            let why = match self.document.drive {
+                Some(_) => "every force in [drive] is 0",
+                None => "the system has no drive: declare one in [drive]",
+            };
+            let key = "resonance";
             return self.refuse(path, SceneProblem::Misplaced { key, why });
         }
         let common = Common::new(path, &table.methods, &table.steps, table.reference);
@@ -193,13 +198,17 @@ impl Planner<'_> {
     pub(super) fn settings(&self, common: &Common<'_>) -> Planned<Settings> {
         let path = common.path;
         let methods = self.fixed_methods(path, common.methods)?;
-        let steps = match common.steps {
+        let mut steps = match common.steps {
             Some(steps) => self.spread(&format!("{path}.steps"), steps)?,
             None => vec![self.step(None)?],
         };
         let section = self.section(common)?;
         let model = &self.problem.model;
         self.check_interval(path, &section, model)?;
+        // Two steps may become the same whole division of the interval.
+        let mut seen = HashSet::new();
+        steps
+            .retain(|&h| section.grid(model, h).map_or(true, |grid| seen.insert(grid.h.to_bits())));
         let least = steps.iter().copied().fold(f64::INFINITY, f64::min) / FINER;
         let finest = section.interval(model).map_or(least, |all| least.min(all / LEAST_STEPS));
         let reference = common.reference.unwrap_or(true).then_some(finest);

@@ -26,9 +26,7 @@ impl SceneProblem {
                 _ => suggestion(key, known, "the keys are"),
             }),
             // The nearest name of q7 is q1, which helps no one.
-            Self::Unknown { what: "quantity", known, .. } => {
-                Some(format!("there are {}", known.join(", ")))
-            }
+            Self::Unknown { what: "quantity", known, .. } => Some(list_of("there are", known)),
             Self::Unknown { what: "method", name, known } => Some(method(name, known)),
             Self::Unknown { name, known, .. } => Some(suggestion(name, known, "there are")),
             Self::UnknownMethods { names, known } => Some(suggestions(names, known)),
@@ -218,9 +216,12 @@ pub(crate) fn suggestion(name: &str, known: &[String], before: &str) -> String {
     }
 }
 
-/// All known names, behind these words.
+/// All known names, behind these words, which are in the plural.
 fn list_of(before: &str, known: &[String]) -> String {
-    format!("{before} {}", known.join(", "))
+    match known {
+        [one] => format!("the only one is {one}"),
+        _ => format!("{before} {}", known.join(", ")),
+    }
 }
 
 /// Whether a key is that of a range, in a table of the parameter of a branch of limit cycles.

@@ -206,7 +206,7 @@ pub(super) const CHANGES: &[Change] = &[
          parameter = { name = \"d\", from = 0, to = 1, count = 2 }\n[run]",
         "name = \"d\"",
         "there is no parameter d",
-        "there are c",
+        "the only one is c",
     ),
     (
         "mass = [1.0, 2.0]",
