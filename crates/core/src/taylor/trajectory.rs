@@ -298,7 +298,7 @@ where
     V: Vector,
     S: System<Series<V::Scalar, M>> + ?Sized,
 {
-    let mut states = Vec::with_capacity(count + 1);
+    let mut states = Vec::new();
     let (defect, grid) = (Sampled(system), Grid { h, steps: count as u64 });
     follow(system, &defect, start, grid, Pace::FULL, &|| false, &mut |_, state| {
         states.push(state);

@@ -80,12 +80,23 @@ impl<V: Vector> Direction<V> {
     /// Σ (|z_j| + |d_j|) |∂H/∂z_j| + Σ (|w_j| + |e_j|) with the slopes at the start: the scale of
     /// the rounding of K along the step. The increments count because a step may begin at z = 0.
     pub(super) fn size(&self, state: &State<V>) -> f64 {
+        self.size_with(state, self.start_slopes())
+    }
+
+    /// The same with the slopes at the end of the step. A large angle is rounded where its force is
+    /// large, even if that is 0 at the start.
+    #[cold]
+    pub(super) fn size_at_end(&self, state: &State<V>) -> f64 {
+        self.size_with(state, self.end_slopes())
+    }
+
+    #[inline]
+    fn size_with(&self, state: &State<V>, [q, p]: [&V; 2]) -> f64 {
         let terms = |z: &V, d: &V, slope: &V| {
             let parts = [z.as_slice(), d.as_slice(), slope.as_slice()];
             sum(parts, |[z, d, slope]| (z.abs() + d.abs()) * slope.abs())
         };
         let held = sum([state.w.as_slice(), self.w.as_slice()], |[w, e]| w.abs() + e.abs());
-        let [q, p] = self.start_slopes();
         (terms(&state.q, &self.q, q) + terms(&state.p, &self.p, p) + held).to_f64()
     }
 

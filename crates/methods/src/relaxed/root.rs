@@ -104,10 +104,11 @@ impl<V: Vector> Chord<V> {
             return Ok(one);
         }
         let start = [state.q.as_slice(), state.p.as_slice()];
+        let at_end = STALLED_K_ROUNDINGS * rounding::<V::Scalar>(direction.size_at_end(state));
         for point in [plain].into_iter().chain(root) {
             let off = point.excess.to_f64().abs();
             let is_noise = self.energy_rounding.allows(system, start, |measured| {
-                off <= RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured.largest())
+                off <= at_end.max(RESTORED_ROUNDINGS * rounding::<V::Scalar>(measured.largest()))
             })?;
             if is_noise {
                 self.place(system, state, direction, point.gamma, total)?;

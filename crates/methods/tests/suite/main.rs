@@ -70,6 +70,7 @@ mod refused_states;
 mod relaxed;
 mod relaxed_curvature;
 mod relaxed_from_rest;
+mod relaxed_many_turns;
 mod relaxed_short_steps;
 mod rest;
 mod rubbed;
