@@ -56,11 +56,17 @@ impl<S: ?Sized> Clocked<S> {
     /// Makes the last coordinate of a system the time.
     ///
     /// # Errors
-    /// [`InputError::Length`] if the system has no other coordinate.
+    /// [`InputError::Length`] if the system has no other coordinate, and
+    /// [`InputError::Unsupported`] if it is driven: the work of its forces would count as friction.
     pub fn new<T: Scalar>(system: Arc<S>) -> Result<Self, InputError>
     where
         S: System<T>,
     {
+        if system.motors() > 0 {
+            let why = "the system is driven: drive the system with the clock, by \
+                       Driven::new(Clocked::new(system), drive)";
+            return Err(InputError::Unsupported { method: "a clock", why });
+        }
         match system.dof() {
             found @ ..=1 => {
                 let quantity = Quantity::Coordinate;

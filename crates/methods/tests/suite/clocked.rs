@@ -126,3 +126,10 @@ fn a_clock_needs_another_coordinate() {
     let alone: Arc<dyn Abilities<f64>> = Arc::new(VanDerPol::new(1.0).unwrap());
     assert!(Clocked::new(alone).is_err());
 }
+
+#[test]
+fn a_clock_refuses_a_driven_system() {
+    let driven = shaken(Model::Pair { drag: true }).system::<f64>();
+    let refused = Clocked::new(driven).err().unwrap().to_string();
+    assert!(refused.contains("the system is driven"), "{refused}");
+}
