@@ -33,7 +33,7 @@ use afterbay_core::{Curvature, Effort, InputError, Method, Scalar, State, StepFa
 
 /// The error of an equation, as a share of its terms, at which a solution is rejected.
 const LARGEST_DEFECT: f64 = 1e-3;
-/// The number of roundings of z̄ and of the forces that are allowed in addition to [`LARGEST_DEFECT`].
+/// The number of roundings of z̄ and of the forces that are allowed beside [`LARGEST_DEFECT`].
 const DEFECT_ROUNDINGS: f64 = 64.0;
 
 /// The implicit midpoint rule.

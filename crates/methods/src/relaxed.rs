@@ -36,10 +36,10 @@
 //! limit of stability, which relaxation does not change (|hλ| ≈ 2.8 for rk4).
 //!
 //! Systems whose V or D has kinks in t are refused: a step that ends late by its error may
-//! cross one, which moves γ and the time of the state. Steps that change K by roundings alone, be
-//! they those of K or larger ones of terms that cancel inside H, have γ = 1. These roundings are
-//! taken from the largest Δw_j that exceeds them. The scalar must hold one number: there are no
-//! lanes.
+//! cross one, which moves γ and the time of the state. A step that changes K by roundings
+//! alone has γ = 1. Terms that cancel inside H have roundings that |H| does not show; these are
+//! measured. The roundings are taken from the w_j that gains most, if it gains more than that. The
+//! scalar must hold one number: there are no lanes.
 
 mod direction;
 mod rest;

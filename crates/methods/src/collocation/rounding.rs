@@ -56,8 +56,8 @@ impl<V: Vector> Workspace<V> {
         terms
     }
 
-    /// Whether the defect is the rounding of the terms of H at the ends. A move of (q, p) along ∇H
-    /// does not reduce it: where ∇H is small, near a state of rest, it would make the motion larger.
+    /// Whether the defect is the rounding of the terms of H at the ends. Near rest ∇H
+    /// is small, and a move of (q, p) along ∇H that corrects it is longer than the motion.
     #[cold]
     pub(super) fn is_energy_rounding<S: Curvature<V::Scalar> + ?Sized>(
         &mut self,

@@ -70,19 +70,16 @@ impl<V: Vector> Workspace<V> {
         // If the terms of H or of the forces cancel, their roundings exceed those of |H| and p. The
         // equations are solved up to these roundings: the largest that were measured in earlier
         // steps, then those measured here.
-        let known = step.workspace.measured_roundings();
-        if known != [0.0; 2] {
+        if step.workspace.measured_roundings() != [0.0; 2] {
             step.workspace.allow_roundings(system, state);
             if step.solve_from_rest().is_ok() && finish(step.workspace) {
                 return Ok(step.effort());
             }
         }
         step.workspace.measure_roundings(system, state)?;
-        if known == [0.0; 2] || step.workspace.measured_roundings() != known {
-            step.workspace.allow_roundings(system, state);
-            if step.solve_from_rest().is_ok() && finish(step.workspace) {
-                return Ok(step.effort());
-            }
+        step.workspace.allow_roundings(system, state);
+        if step.solve_from_rest().is_ok() && finish(step.workspace) {
+            return Ok(step.effort());
         }
         step.solve_by_continuation()?;
         if finish(step.workspace) {

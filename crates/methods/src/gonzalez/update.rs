@@ -154,8 +154,8 @@ impl<V: Vector> Workspace<V> {
         if !(off.is_finite() && off <= kept.max(LARGEST_DEFECT * size.to_f64())) {
             return false;
         }
-        // Where ∇H is small, near a state of rest, a move along it that corrects a rounding of H
-        // would make the motion larger.
+        // Near rest ∇H is small. A move along ∇H that corrects a rounding of H is then longer than
+        // the motion.
         let z = [self.q.as_slice(), self.p.as_slice()];
         let is_rounding = |measured: &EnergyRounding<V::Scalar>| {
             off <= rounding::<V::Scalar>(2.0 * measured.largest())

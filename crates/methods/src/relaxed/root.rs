@@ -105,6 +105,7 @@ impl<V: Vector> Chord<V> {
         }
         let start = [state.q.as_slice(), state.p.as_slice()];
         let at_end = STALLED_K_ROUNDINGS * rounding::<V::Scalar>(direction.size_at_end(state));
+        // γ = 1 first: if it keeps K to rounding, roundings decide the root.
         for point in [plain].into_iter().chain(root) {
             let off = point.excess.to_f64().abs();
             let is_noise = self.energy_rounding.allows(system, start, |measured| {
