@@ -24,7 +24,7 @@ mod passage;
 pub(crate) use methods::adaptive_explicit;
 
 use crate::adaptive::{
-    Budget, End, KINK_ORDER, Kinks, Passage, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sizes,
+    Budget, End, KINK_ORDER, Kinks, REFUSED_ERROR, ROUNDING_SUSPECTED_BELOW, Rates, Sizes,
     SlopeRoundings, is_noise, size_of_first_or_nan,
 };
 use crate::runge_kutta::{Embedded, P, Q, Stages, W};
@@ -55,8 +55,9 @@ pub struct Workspace<V: Vector> {
     end: End<V>,
     /// Whether K is exact at the end, and H there is known.
     ended: bool,
-    /// Whether the step passes no kink.
+    /// Whether the step passes no kink, and whether it passes one or begins shortly after one.
     smooth: bool,
+    near_kink: bool,
     kinks: Kinks,
     /// The number of degrees of freedom without motors.
     free: usize,
@@ -97,6 +98,7 @@ impl<V: Vector> Workspace<V> {
             end: End::new(n),
             ended: false,
             smooth: true,
+            near_kink: false,
             kinks: Kinks::default(),
             free: n - system.motors(),
             between: [zeros(), zeros()],
@@ -215,7 +217,6 @@ impl<V: Vector> Workspace<V> {
         self.stages.advance::<B, S>(system, h, state);
         self.finish::<B>(h, state);
         let passage = self.passage::<B, S>(system, h, state);
-        self.smooth = passage == Passage::Smooth;
         if self.smooth && !self.roundings.is_active() {
             let error = self.relative_error(self.estimates::<B>(), errors_allowed);
             if error <= 1.0 && (self.inside || !self.roundings.suspects(self.length, error)) {
@@ -295,7 +296,7 @@ impl<V: Vector> Workspace<V> {
         if error > 1.0 || due {
             self.see_fastest(system, state);
         }
-        let order = if self.smooth { order } else { KINK_ORDER };
+        let order = if self.near_kink { KINK_ORDER } else { order };
         let evaluations = B::ROWS.len() as u64 - 1 + first;
         let effort = Effort { evaluations, iterations: 0 };
         let largest_growth = self.stable_growth::<B>(length).min(self.growth);

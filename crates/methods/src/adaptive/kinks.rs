@@ -124,6 +124,19 @@ impl Kinks {
         }
     }
 
+    /// Whether a step begins at a kink or shortly after it: a straight line through the first two
+    /// values of a function reaches zero within one step before the start.
+    pub(crate) fn begins_near(&self) -> bool {
+        self.largest.iter().enumerate().any(|(k, largest)| {
+            let mut points = self.points(k);
+            let (Some((t0, x0)), Some((t1, x1))) = (points.next(), points.next()) else {
+                return false;
+            };
+            let slope = (x1 - x0) / (t1 - t0);
+            x1.abs() > NOISE * largest && x0 * slope >= 0.0 && x0.abs() <= slope.abs()
+        })
+    }
+
     /// The points with the values of function k.
     fn points(&self, k: usize) -> impl Iterator<Item = (f64, f64)> {
         let values = self.values.iter().skip(k).step_by(self.largest.len());
@@ -230,6 +243,22 @@ mod tests {
             }
         }
         assert_eq!(of(|t| 0.5 - t * t / 2.5), Passage::Smooth, "it turns away from zero");
+    }
+
+    #[test]
+    fn a_step_that_begins_shortly_after_a_kink_is_found() {
+        let begins_near = |q: fn(f64) -> f64| {
+            let mut kinks = Kinks::default();
+            passage(&mut kinks, q);
+            kinks.begins_near()
+        };
+        assert!(begins_near(|t| t));
+        assert!(begins_near(|t| -0.9 - t));
+        assert!(begins_near(|t| 0.7 + t * (1.0 - t)), "it turns");
+        assert!(!begins_near(|t| 1.1 + t));
+        assert!(!begins_near(|t| 0.5 - 0.4 * t), "it comes nearer");
+        assert!(!begins_near(|_| 0.0));
+        assert!(!begins_near(|_| 1.0));
     }
 
     #[test]

@@ -8,18 +8,30 @@ use afterbay_core::{Vector, larger_or_nan};
 /// The weight of the squared ratio of two error estimates in their combination (Hairer, Nørsett,
 /// Wanner, II.10).
 const RATIO_WEIGHT: f64 = 0.01;
-/// The factor of an estimate across a kink. The weights of Verner's 8(7) differ little on functions
-/// with a kink: the error is then up to 25 times the estimate, which aims at a fifth of the allowed
-/// error (`adaptive_accuracy` in the tests).
+/// The factor of an estimate across a kink, beyond which a stage may see too little: the error is
+/// then up to ten times the estimate, and seldom more. A choice.
 pub(super) const KINK_CAUTION: f64 = 10.0;
 
 impl<V: Vector> Workspace<V> {
     /// The errors of q, p and energies over h by each estimate of the tableau. With one estimate,
-    /// the second is 0.
+    /// as near a kink, the second is 0.
     #[inline(always)]
     pub(super) fn estimates<B: Embedded>(&self) -> [[f64; 3]; 2] {
+        if self.near_kink {
+            return [self.estimate_at_kinks::<B>(), [0.0; 3]];
+        }
         let second = B::DIFFERENCES.get(1).map_or([0.0; 3], |terms| self.difference(terms));
         [self.difference(B::DIFFERENCES[0]), second]
+    }
+
+    /// The largest errors over h by the estimates that see kinks.
+    #[cold]
+    #[inline(never)]
+    fn estimate_at_kinks<B: Embedded>(&self) -> [f64; 3] {
+        let fine = self.difference(B::DIFFERENCES[0]);
+        let Some(terms) = B::DIFFERENCES_AT_KINKS else { return fine };
+        let other = self.difference(terms);
+        [0, 1, 2].map(|part| larger_or_nan(fine[part], other[part]))
     }
 
     /// The distances in q, p and energies of two ends of the step with these differences of

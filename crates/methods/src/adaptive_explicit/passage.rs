@@ -17,18 +17,22 @@ use afterbay_core::{Scalar, State, System, Vector};
 const POINTS: [f64; 3] = [0.25, 0.5, 0.75];
 
 impl<V: Vector> Workspace<V> {
-    /// Looks for kinks on the way of the step. The slope at the end is that of the last stage.
+    /// Looks for kinks on the way of the step, and shortly before it. The slope at the end is that
+    /// of the last stage.
     #[inline]
     pub(super) fn passage<B, S>(&mut self, system: &S, h: V::Scalar, state: &State<V>) -> Passage
     where
         B: Embedded,
         S: System<V::Scalar> + ?Sized,
     {
+        let mut passage = Passage::Smooth;
+        self.near_kink = false;
         if self.kinks.begin(system, state.q.as_slice(), state.p.as_slice()) {
-            self.passage_of_kinks::<B, S>(system, h, state)
-        } else {
-            Passage::Smooth
+            passage = self.passage_of_kinks::<B, S>(system, h, state);
+            self.near_kink = passage != Passage::Smooth || self.kinks.begins_near();
         }
+        self.smooth = passage == Passage::Smooth;
+        passage
     }
 
     #[cold]
