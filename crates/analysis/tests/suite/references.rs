@@ -371,3 +371,25 @@ fn a_motion_that_ends_at_a_kink_has_no_reference_beyond() {
     };
     assert!((t - 2.87897).abs() < 1e-4, "{t}");
 }
+
+/// From rest, series end at the kink of the root, and increment-8 does not take such a friction.
+/// The end is that of DOP853 of scipy at rtol = 3e-14.
+#[test]
+fn methods_that_take_the_system_give_the_reference_where_others_do_not() {
+    let friction = [1, 2].map(|j| format!("0.6*v{j}*sqrt(v1^2 + v2^2)"));
+    let system = custom("-cos(q1) - cos(q2) + (q1 - q2)^2/2", &friction.each_ref().map(|d| &**d));
+    let found = known(&of(system, &[-0.2, 1.4], &[0.0, 0.0], 2.0), 2);
+    let end = found.at(2);
+    let exact = [
+        0.4651560590606,
+        -0.3060179891438,
+        -0.4500916695554,
+        -0.2845364130767,
+        0.3372753414864,
+        1.2008568282483,
+    ];
+    let ends = end.q.iter().chain(end.p).chain(end.w);
+    for (found, exact) in ends.zip(exact) {
+        assert!((found - exact).abs() < 1e-10, "{found} {exact}");
+    }
+}

@@ -36,13 +36,12 @@ pub(super) fn by_runs(
     progress: &dyn Progress,
 ) -> Result<Solution<f64>, IntegrateError> {
     let halved = halved(problem, h, count, progress);
-    if matches!(&halved, Err(IntegrateError::Interrupted | IntegrateError::Input(_))) {
-        return halved.map(|(found, _)| found);
+    match halved {
+        Err(IntegrateError::Interrupted) => return Err(IntegrateError::Interrupted),
+        Ok((found, true)) => return Ok(found),
+        _ => {}
     }
-    if let Ok((found, true)) = halved {
-        return Ok(found);
-    }
-    let mut others: Vec<Solution<f64>> = Vec::new();
+    let (mut others, mut failure): (Vec<Solution<f64>>, _) = (Vec::new(), None);
     for name in FAMILIES {
         if name == FAMILIES[1] && problem.model.dof() > LARGEST_DENSE {
             continue;
@@ -52,7 +51,7 @@ pub(super) fn by_runs(
                 Ok(found) => others.push(found),
                 Err(IntegrateError::Interrupted) => return Err(IntegrateError::Interrupted),
                 // A run that fails is no reference, but the others may be.
-                Err(_) => {}
+                Err(error) => failure = Some(error),
             }
         }
     }
@@ -68,6 +67,10 @@ pub(super) fn by_runs(
     }
     match (best, halved) {
         (Some(found), _) => Ok(found),
+        // The user did not ask for increment-8, whose conditions a system may not fulfil.
+        (None, Err(IntegrateError::Input(input))) => {
+            Err(failure.unwrap_or(IntegrateError::Input(input)))
+        }
         (None, Err(error)) => Err(error),
         (None, Ok((found, _))) => Ok(found),
     }
