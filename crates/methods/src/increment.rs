@@ -52,6 +52,7 @@ pub(crate) use member::{Member, Stride, advance};
 pub(crate) use sweep::sweep;
 
 use crate::balance::{Account, check_step, second_order_of_potential};
+use crate::hidden_coupling::states_coupling;
 use afterbay_core::{
     Effort, InputError, Method, Scalar, Separable, State, StepFailure, Vector, validate,
 };
@@ -107,6 +108,7 @@ where
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
         validate::masses(system)?;
+        states_coupling("increment", system, true)?;
         let n = system.dof();
         let order = ordering("increment", self.order.as_ref(), n)?;
         let (first_motor, friction) = (n - system.motors(), Friction::new(system)?);

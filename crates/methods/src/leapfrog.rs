@@ -13,6 +13,7 @@
 mod together;
 
 use crate::commit::{not_finite_by_value, store};
+use crate::hidden_coupling::states_coupling;
 use crate::kernels::reductions::are_equal;
 use crate::kick::kick;
 use crate::registry::binding::{Binding, Bound, InLanes, Target};
@@ -58,7 +59,6 @@ impl Binding for Leapfrog {
     const LANES: Option<InLanes<Self>> = Some(Self::bind_stored);
 
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
-        target.states_coupling()?;
         target.fixed::<V, _, _>(*self, target.separable()?)
     }
 }
@@ -78,6 +78,7 @@ where
                        nothing drives the system";
             return Err(InputError::Unsupported { method: "leapfrog", why });
         }
+        states_coupling("leapfrog", system, true)?;
         let zeros = || V::zeros(system.dof());
         let [mut q, mut ones, mut inverse_mass] = [(); 3].map(|()| zeros());
         q.as_mut_slice().fill(V::Scalar::from_f64(f64::NAN));

@@ -47,6 +47,7 @@ mod iteration;
 mod slopes;
 
 use crate::commit::commit;
+use crate::hidden_coupling::states_coupling;
 use crate::registry::binding::{Binding, Bound, Target};
 use afterbay_core::{Curvature, Effort, InputError, Method, Scalar, State, StepFailure, Vector};
 use equation::Workspace;
@@ -57,7 +58,10 @@ pub struct LocallyExact;
 
 impl Binding for LocallyExact {
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
-        target.states_coupling()?;
+        // D may then be written in p, and the workspace does not know this.
+        if let Ok(separable) = target.separable() {
+            states_coupling(target.name, &*separable, true)?;
+        }
         target.fixed::<V, _, _>(*self, target.curvature()?)
     }
 }
@@ -70,6 +74,7 @@ where
     type Workspace = Workspace<V>;
 
     fn workspace(&self, system: &S) -> Result<Workspace<V>, InputError> {
+        states_coupling("locally-exact", system, false)?;
         Workspace::new(system)
     }
 

@@ -33,6 +33,7 @@
 mod balance;
 
 use crate::commit::commit;
+use crate::hidden_coupling::states_coupling;
 use crate::increment::Composition;
 use crate::kernels::reductions::sum;
 use crate::kick::kick;
@@ -70,7 +71,6 @@ pub(crate) struct Splittings(pub(crate) fn() -> Composition);
 
 impl Binding for Splittings {
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
-        target.states_coupling()?;
         target.fixed::<V, _, _>(Splitting::new(self.0())?, target.separable()?)
     }
 }
@@ -117,6 +117,7 @@ where
                        velocities and nothing drives the system";
             return Err(InputError::Unsupported { method: "splitting", why });
         }
+        states_coupling("splitting", system, true)?;
         let n = system.dof();
         let zeros = || V::zeros(n);
         let (mut inverse_mass, mut ones) = (zeros(), zeros());

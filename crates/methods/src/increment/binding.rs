@@ -15,7 +15,6 @@ impl Binding for Increments {
     const LANES: Option<InLanes<Self>> = Some(Self::bind_lanes);
 
     fn bind<V: Vector + 'static>(&self, target: &Target<'_, V::Scalar>) -> Bound<V::Scalar> {
-        target.states_coupling()?;
         match (target.separable(), target.system.clone().phase_planes()) {
             (Ok(system), _) => target.fixed::<V, _, _>(self.ordered(target), system),
             (_, Some(system)) => target.fixed::<V, _, _>(GeneralIncrement::new(self.0()), system),

@@ -29,6 +29,7 @@ use super::member::{Member, Stride, coordinate};
 use super::sweep::largest_if_dense;
 use super::{Before, Friction, Increment, ordering};
 use crate::coordinate::{Edge, MomentumEquation};
+use crate::hidden_coupling::states_coupling;
 use afterbay_core::solver::{Equation, Newton, Root};
 use afterbay_core::{
     Corrected, Effort, InputError, Lanewise, Mask, Method, Quantity, Scalar, Separable, State,
@@ -96,6 +97,7 @@ where
             return Err(InputError::Unsupported { method: "increment", why });
         }
         validate::masses(system)?;
+        states_coupling("increment", system, true)?;
         validate::masses(&self.exact)?;
         let order = ordering("increment", self.increment.order.as_ref(), n)?;
         let zeros = || V::Of::<Corrected<V::Scalar>>::zeros(n);

@@ -27,6 +27,7 @@ mod plane;
 use super::before::Before;
 use super::{Composition, ordering};
 use crate::balance::{Account, check_step};
+use crate::hidden_coupling::states_coupling;
 use crate::kernels::reductions::largest;
 use afterbay_core::{
     Effort, InputError, Method, PhasePlane, Scalar, Slopes, State, StepFailure, Vector,
@@ -74,6 +75,7 @@ where
             let why = "D couples the velocities: take gonzalez";
             return Err(InputError::Unsupported { method: METHOD, why });
         }
+        states_coupling(METHOD, system, false)?;
         let n = system.dof();
         let order = ordering(METHOD, self.order.as_ref(), n)?;
         Ok(Workspace { before: Before::new(n), order })

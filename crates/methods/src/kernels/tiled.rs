@@ -14,6 +14,7 @@
 
 use super::side_by_side::Steps;
 use super::tile::{TILE, Tile};
+use crate::hidden_coupling::states_coupling;
 use crate::increment::Composition;
 use afterbay_core::{
     Coupling, Effort, EndMembers, InputError, Method, State, StepFailure, Uniform, validate,
@@ -87,6 +88,7 @@ where
     fn workspace(&self, system: &S) -> Result<Workspace<Arc<S::Lanes>>, InputError> {
         validate::masses(system)?;
         Self::fits(system)?;
+        states_coupling("increment", system, true)?;
         let n = system.dof();
         // A lane uses the mass of one member for all eight. Unequal masses would not conserve K.
         if (1..n).any(|j| system.mass(j) != system.mass(0)) {

@@ -5,7 +5,6 @@ use super::Run;
 use super::erased::named;
 use super::run::{chosen, fixed};
 use super::stepper::ErasedMethod;
-use crate::hidden_coupling::has_hidden_coupling;
 use crate::moddg::steps::Equation;
 use afterbay_core::{
     Abilities, Adaptive, InputError, Linear, Method, Misprinted, OrderRaising, Quad, Scalar,
@@ -125,18 +124,6 @@ impl<T: Scalar> Target<'_, T> {
 
     pub(crate) fn separable(&self) -> Result<Arc<dyn Separable<T>>, InputError> {
         self.system.clone().separable().ok_or_else(|| self.refused("H is not separable"))
-    }
-
-    /// Refuses a system whose D_j depends on other velocities without saying so.
-    pub(crate) fn states_coupling(&self) -> Result<(), InputError> {
-        let is_separable = self.system.clone().separable().is_some();
-        if has_hidden_coupling(&**self.system, is_separable) {
-            return Err(self.refused(
-                "some D_j depends on the velocity of another degree of freedom, and \
-                 dissipation_form() says that it does not: set `coupled`",
-            ));
-        }
-        Ok(())
     }
 
     pub(crate) fn curvature(&self) -> Result<Arc<dyn SecondDerivatives<T>>, InputError> {

@@ -8,7 +8,7 @@ use afterbay_core::{
     StepFailure, System, integrate,
 };
 use afterbay_methods::registry::find;
-use afterbay_methods::{Composition, Increment, Leapfrog};
+use afterbay_methods::{Composition, Increment, Leapfrog, Splitting};
 use allocation_counter::measure;
 use proptest::prelude::*;
 
@@ -26,6 +26,8 @@ struct Chain {
 
 const PASSIVE: DissipationForm =
     DissipationForm { zero: false, passive: Passive::InSum, linear: true, coupled: true };
+
+const UNCOUPLED: DissipationForm = DissipationForm { coupled: false, ..PASSIVE };
 
 impl Chain {
     fn new(masses: Vec<f64>, shape: &[Vec<f64>], swell: f64) -> Self {
@@ -312,8 +314,27 @@ fn leapfrog_refuses_coupled_friction() {
         }
         other => panic!("{other:?}"),
     }
-    let uncoupled = Chain { damping: DissipationForm { coupled: false, ..PASSIVE }, ..four(0.0) };
+    let diagonal = [[0.5, 0.0], [0.0, 0.3]].map(Vec::from);
+    let uncoupled = Chain { damping: UNCOUPLED, ..Chain::new(vec![1.0; 2], &diagonal, 0.0) };
     assert_eq!(refusal(&Leapfrog, &uncoupled), Ok(()));
+}
+
+#[test]
+fn methods_taken_by_their_type_refuse_a_friction_that_hides_its_coupling() {
+    let chain = Chain { damping: UNCOUPLED, ..four(0.0) };
+    let splitting = Splitting::new(Composition::blanes_moan4()).unwrap();
+    for refused in [
+        refusal(&Leapfrog, &chain),
+        refusal(&splitting, &chain),
+        refusal(&Increment::new(Composition::pair()), &chain),
+    ] {
+        match refused {
+            Err(error @ InputError::Unsupported { .. }) => {
+                assert!(error.to_string().contains("set `coupled`"), "{error}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
 }
 
 #[test]
