@@ -140,6 +140,10 @@ fn solve_with_care<T: Scalar>(
     mut pair: TwoCorrections<T>,
     mut equation: impl Equation<T>,
 ) -> Result<Root<T>, StepFailure> {
+    let (_, first) = pair.first;
+    if !first.slope.is_finite().all() {
+        pair = two_corrections::<_, true>(T::one(), start, start, begin(first), &mut equation);
+    }
     if let Some(root) = pair.corrected_again(start, &mut equation) {
         return Ok(root);
     }
@@ -148,6 +152,15 @@ fn solve_with_care<T: Scalar>(
         return continue_from_start(dof, start, force, outcome, &mut equation);
     }
     Ok(Root { x: outcome.x, evaluations: outcome.evaluations })
+}
+
+/// The sample with the slope 0 in lanes where the derivative of F has no value, as that of v √|v|
+/// at rest as it is written. The iteration may begin with any slope.
+fn begin<T: Scalar>(first: Sample<T>) -> Sample<T> {
+    let finite = first.slope.is_finite();
+    let [slope, argument_rounding] =
+        [first.slope, first.argument_rounding].map(|x| T::select(finite, x, T::zero()));
+    Sample { slope, argument_rounding, ..first }
 }
 
 /// The result of an iteration, lane by lane.

@@ -181,14 +181,14 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    /// Evaluates the derivatives at (q, p).
+    /// Evaluates the derivatives at (q, p). One that is not finite is left out, as in `Derivatives`.
     #[inline(always)]
     pub(crate) fn evaluate<T, S>(&mut self, system: &S, q: &[T], p: &[T])
     where
         T: Scalar,
         S: Curvature<T> + ?Sized,
     {
-        let [mut hqq, mut hqp, mut hpp, mut dq, mut dp] = [0.0; 5];
+        let [mut hqq, mut hqp, mut hpp, mut dq, mut dp] = [0.0_f64; 5];
         system.curvature(q, p, |block, _, _, value| {
             let value = value.to_f64();
             match block {
@@ -199,6 +199,9 @@ impl Plane {
                 Block::Dp => dp += value,
             }
         });
+        for x in [&mut hqq, &mut hqp, &mut hpp, &mut dq, &mut dp] {
+            *x = if x.is_finite() { *x } else { 0.0 };
+        }
         *self = Self { stiffness: hqq + dq, mixed: hqp, inertia: hpp, friction: [dq, dp] };
     }
 

@@ -229,3 +229,57 @@ fn no_step_ends_where_friction_has_no_value() {
         }
     }
 }
+
+/// Pendulums on a row of springs, with the drag v √|v|, whose derivative at rest is ∞·0 as it is
+/// written.
+#[derive(Clone, Copy)]
+struct Row {
+    n: usize,
+}
+
+impl Formulas for Row {
+    fn dof(&self) -> usize {
+        self.n
+    }
+
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        let swings = q.iter().fold(T::zero(), |sum, q| sum - q.sin_cos().1);
+        q.windows(2).fold(swings, |sum, q| sum + ((q[1] - q[0]) * (q[1] - q[0])).half())
+    }
+
+    fn dissipation<T: Scalar>(&self, _q: &[T], v: &[T], j: usize) -> T {
+        T::from_f64(0.3) * v[j].abs().sqrt() * v[j]
+    }
+
+    fn kinks<T: Scalar>(&self, _q: &[T], v: &[T], put: &mut dyn FnMut(T)) {
+        v.iter().for_each(|&v| put(v));
+    }
+}
+
+/// An iteration may begin with any slope, so that methods that use derivatives of D run, too.
+#[test]
+fn a_friction_without_a_derivative_at_rest_is_taken_by_every_method() {
+    for n in [1, 3] {
+        let end = |row| {
+            let run = bind::<f64>(row, Arc::new(FromFormulas(Row { n }))).ok()?;
+            let setting = match row.is_adaptive() {
+                true => Setting::Tolerance(Tolerance::all(1e-8), 2.0),
+                false => Setting::Step(Grid::new(0.002, 2.0).unwrap()),
+            };
+            let q = [3.0, 1.0, -0.5][..n].to_vec();
+            let mut state = State::new(q, vec![0.0; n]).unwrap();
+            let mut show = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+            let done = run.run(setting, &mut state, 1, &mut show);
+            Some(done.map(|_| state).unwrap_or_else(|error| panic!("{}: {error}", row.name)))
+        };
+        let exact = end(find("adaptive-verner98").unwrap()).unwrap();
+        let found = METHODS.iter().filter_map(|row| Some((row.name, end(row)?)));
+        let found: Vec<_> = found.collect();
+        assert!(found.len() > 20, "{}", found.len());
+        for (name, state) in found {
+            for (x, exact) in state.q.iter().chain(&state.p).zip(exact.q.iter().chain(&exact.p)) {
+                assert!((x - exact).abs() < 0.005, "{name}: {x}, not {exact}");
+            }
+        }
+    }
+}
