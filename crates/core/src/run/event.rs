@@ -119,6 +119,8 @@ pub fn integrate_with_events(
 ) -> Result<Effort, IntegrateError> {
     let start = state.t;
     grid.check_from(start)?;
+    // A function of an event may index q, p and w alike.
+    state.check(state.q.len())?;
     if grid.h <= 0.0 {
         return Err(InputError::Step { h: grid.h }.into());
     }

@@ -57,12 +57,16 @@ impl<T: Scalar> Grid<T> {
         T::from_f64(n as f64).mul_add(self.h, start)
     }
 
-    /// Checks the last time of a run from `start`.
+    /// Checks the step, and the last time of a run from `start`.
     ///
     /// # Errors
-    /// [`InputError::TimeStalled`] if it is not finite, or does not change by h.
+    /// [`InputError::Step`] if h is not finite, [`InputError::TimeStalled`] if the last time is not
+    /// finite, or does not change by h.
     #[inline(always)]
     pub(crate) fn check_from(&self, start: T) -> Result<(), InputError> {
+        if !self.h.is_finite().all() {
+            return Err(InputError::Step { h: self.h.to_f64() });
+        }
         let end = self.time(start, self.steps);
         if end + self.h == end || !end.is_finite().all() {
             return Err(InputError::TimeStalled { t: end.to_f64(), h: self.h.to_f64() });
@@ -97,6 +101,10 @@ mod tests {
             assert!(matches!(Grid::<f64>::new(0.1, end), Err(InputError::End { .. })), "{end}");
         }
         assert!(matches!(Grid::<f64>::new(1e-20, 1.0), Err(InputError::TimeStalled { .. })));
+        for h in [f64::NAN, f64::INFINITY] {
+            let refused = Grid { h, steps: 1 }.check_from(0.0);
+            assert!(matches!(refused, Err(InputError::Step { .. })), "{h}: {refused:?}");
+        }
         let error = Grid::<f64>::new(0.3, 1.0).unwrap_err();
         assert_eq!(error, InputError::NotAMultiple { end: 1.0, h: 0.3, nearest: 1.0 / 3.0 });
         assert!(matches!(Grid::<f64>::new(3.0, 1.0), Err(InputError::NotAMultiple { .. })));

@@ -2,8 +2,8 @@
 
 use crate::events::{Function, STEPS, Watched, drift, fall, first, free, second, watch};
 use afterbay_core::{
-    Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, State, StateRef,
-    TakeStep, Watch, integrate_with_events,
+    Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, Quantity, State,
+    StateRef, TakeStep, Watch, integrate_with_events,
 };
 use std::ops::ControlFlow;
 
@@ -274,4 +274,19 @@ fn events_are_looked_for_in_each_of_the_steps_that_a_method_chooses() {
         }
         assert!((state.q[0] - 0.095).abs() < 1e-12 && (state.t - 8.1).abs() < 1e-14, "{state:?}");
     }
+}
+
+/// The function of an event may index q and p alike.
+#[test]
+fn a_state_with_too_few_momenta_is_refused_before_an_event_sees_it() {
+    let momentum = |state: StateRef<'_, f64>| state.p[1];
+    let events = [Event { function: &momentum, direction: Direction::Both, is_wall: false }];
+    let mut state = State { q: vec![0.0; 2], p: vec![0.0], w: vec![0.0; 2], t: 0.0 };
+    let mut happen = |_: usize, _: EventState<'_>| ControlFlow::Continue(());
+    let mut seen = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+    let grid = Grid::of(0.1, 4).expect("a grid");
+    let outcome =
+        integrate_with_events(&mut fall, grid, &mut state, &events, &mut happen, &mut seen);
+    let expected = InputError::Length { quantity: Quantity::Momentum, expected: 2, found: 1 };
+    assert_eq!(outcome, Err(expected.into()));
 }

@@ -168,12 +168,15 @@ fn what_is_seen(r: &Readings) -> Said {
             _ => "0 within the error",
         };
         let rounding = rounding.max(ROUNDING * largest.abs());
-        let apart = (largest - exact.0).abs() / error.hypot(exact.1).max(rounding);
+        let distance = (largest - exact.0).abs();
+        let apart = distance / error.hypot(exact.1).max(rounding);
         let beside = match label {
-            REFERENCE_LABEL => "",
-            _ if apart > DIFFERENT => ", not that of the reference",
-            _ if apart <= DIFFERENT => ", as the reference within the errors",
-            _ => "",
+            REFERENCE_LABEL => String::new(),
+            _ if apart > DIFFERENT => {
+                format!(", not that of the reference, {} away", sci(distance))
+            }
+            _ if apart <= DIFFERENT => ", as the reference within the errors".to_owned(),
+            _ => String::new(),
         };
         let off = r.number(label, "volumes off") > DOUBTED;
         let doubt = match label {

@@ -328,7 +328,7 @@ fn a_scene_declares_the_study() {
         "reference: largest exponent -0.3820 ± ",
         "(no chaos), sum -3.00000 where the divergence is -3.00000; moddg, h = 0.1000: largest",
         // -b + b k h²/4 - b³ h²/12 = -3.015
-        ", not that of the reference (no chaos), sum -3.01516 where the divergence is -3.00000.",
+        " away (no chaos), sum -3.01516 where the divergence is -3.00000.",
     ] {
         assert!(findings[0].statement.contains(part), "{}", findings[0].statement);
     }

@@ -140,7 +140,7 @@ impl<T: Scalar> Target<'_, T> {
     pub(crate) fn order_raising(&self) -> Result<Arc<dyn OrderRaising<T>>, InputError> {
         self.separable()?;
         let why = match self.system.motors() {
-            0 => "the system has no formula for δ",
+            0 => "the system has no formula for δ (in Rust, `OrderRaising`)",
             _ => "it takes no drive and no V or D that depends on t",
         };
         self.system.clone().order_raising().ok_or_else(|| self.refused(why))
