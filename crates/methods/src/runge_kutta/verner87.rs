@@ -118,8 +118,8 @@ impl Embedded for Verner87 {
     // Order 5. The weights above hardly differ except at the stages near 0.9. Where slopes grow as
     // t^1.5 from the start of a step, the error is 235 times their estimate; where the force jumps
     // within the step it is 370 times at half of the places, and up to 3300 times. The larger of
-    // both estimates is below a tenth of the error at fewer places than one of a hundred. Of the differences of
-    // order 5, these are the unit vector with the largest entry at the start.
+    // both estimates is below a tenth of the error at fewer places than one of a hundred. Of the
+    // differences of order 5, these are the unit vector with the largest entry at the start.
     const DIFFERENCES_AT_KINKS: Option<Terms> = Some(&[
         (0, [0.013705011514242487, -4.3067797300828178e-19]),
         (5, [0.05212111551223217, -2.600395677736456e-18]),
