@@ -68,7 +68,9 @@ pub fn word<T>(result: &Result<T, IntegrateError>) -> &'static str {
 /// One word for the failure of a step.
 pub(crate) fn step_word(failure: &StepFailure) -> &'static str {
     match failure {
-        StepFailure::NonFinite { .. } | StepFailure::Undefined { .. } => "not-finite",
+        StepFailure::NonFinite { .. }
+        | StepFailure::Undefined { .. }
+        | StepFailure::LeftByEvent { .. } => "not-finite",
         StepFailure::NotContracting { .. } => "not-contracting",
         StepFailure::NewtonStalled { .. } => "newton-stalled",
         StepFailure::SeveralSolutions { .. } => "several-solutions",

@@ -20,7 +20,7 @@ pub struct RunError {
 /// The reason why [`crate::integrate`] did not reach the end.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum IntegrateError {
-    /// An invalid input. Nothing was computed, unless an event left an invalid state.
+    /// An invalid input. Nothing was computed.
     #[error(transparent)]
     Input(#[from] InputError),
     /// A step failed.

@@ -134,12 +134,32 @@ pub enum StepFailure {
     },
     /// Events follow each other within one step without end.
     #[error(
-        "events follow each other without end within one step ({count} so far), as those of a ball \
-         that bounces to rest: end before, or stop at the event"
+        "events follow each other without end within one step ({count} so far, the last is event \
+         {} of the list), as those of a ball that bounces to rest: end before, or stop at the \
+         event; a wall needs an action that turns the motion back",
+        event + 1
     )]
     EventsAccumulate {
         /// The number of events before the step is given up.
         count: u64,
+        /// The event that happens again, from 0.
+        event: usize,
+    },
+    /// The action at an event leaves a state that is not finite.
+    #[error(
+        "event {} of the list leaves {} = {value:?}, which is not finite: check its action",
+        event + 1,
+        quantity.of(*dof)
+    )]
+    LeftByEvent {
+        /// The event, from 0.
+        event: usize,
+        /// The vector.
+        quantity: Quantity,
+        /// The degree of freedom, from 0.
+        dof: usize,
+        /// The value it has.
+        value: f64,
     },
     /// The motion is too fast or too stiff for the step, or passes kinks of the forces within it
     /// without end.
@@ -322,8 +342,9 @@ mod tests {
 
     #[test]
     fn one_event_is_not_called_events() {
-        let says = StepFailure::EventsAccumulate { count: 1 }.to_string();
-        assert!(says.contains("(1 so far)") && !says.contains("1 events"), "{says}");
+        let says = StepFailure::EventsAccumulate { count: 1, event: 2 }.to_string();
+        assert!(says.contains("(1 so far, the last is event 3 of the list)"), "{says}");
+        assert!(!says.contains("1 events"), "{says}");
     }
 
     #[test]

@@ -108,7 +108,8 @@ pub type TakeStep<'a> =
 /// # Errors
 /// Those of [`integrate`](super::integrate), [`InputError::Step`] if h is not positive,
 /// [`StepFailure::EventsAccumulate`] where more than 1000 events fall into one step of the grid,
-/// and [`InputError`] where an event leaves a state that is not finite.
+/// and [`StepFailure::LeftByEvent`] where an event leaves a state that is not finite; `state` is
+/// then the one before the event.
 pub fn integrate_with_events(
     step: TakeStep<'_>,
     grid: Grid<f64>,
@@ -139,13 +140,11 @@ pub fn integrate_with_events(
             let (event, spent) = event_within(&mut *step, &own, n, events, &sides, state)?;
             effort += own.effort;
             effort += spent;
-            let accumulate = |count| {
-                let failure = StepFailure::EventsAccumulate { count };
-                IntegrateError::from(RunError { step: n, t: from, failure })
-            };
+            let failed = |failure| RunError { step: n, t: from, failure };
+            let accumulate = |count, event| failed(StepFailure::EventsAccumulate { count, event });
             let mut next = match event {
                 FirstEvent::Event(found) => Some(found),
-                FirstEvent::AtOnce => return Err(accumulate(count)),
+                FirstEvent::AtOnce(event) => return Err(accumulate(count, event).into()),
                 FirstEvent::None => {
                     state.copy(&own.end);
                     leave(&mut sides, events, state.state_ref());
@@ -154,15 +153,19 @@ pub fn integrate_with_events(
             };
             while let Some(found) = next {
                 if count == MOST_EVENTS {
-                    return Err(accumulate(count));
+                    return Err(accumulate(count, found.event).into());
                 }
                 count += 1;
                 *state = found.there.clone();
                 let State { q, p, w, t } = state;
-                if happen(found.event, EventState { q, p, w, t: *t }).is_break() {
+                let seen = happen(found.event, EventState { q, p, w, t: *t });
+                if let Some(failure) = not_finite(found.event, state) {
+                    state.copy(&found.there);
+                    return Err(failed(failure).into());
+                }
+                if seen.is_break() {
                     return Ok(effort);
                 }
-                state.check(state.q.len())?;
                 settle(&mut sides, events, &found, [state, &own.end]);
                 let (due, spent) = next_due(&mut *step, &own, n, events, &mut sides, state);
                 effort += spent;
@@ -176,6 +179,16 @@ pub fn integrate_with_events(
         }
     }
     Ok(effort)
+}
+
+/// The failure of an event that leaves a state which is not finite.
+fn not_finite(event: usize, state: &State<Vec<f64>>) -> Option<StepFailure> {
+    match state.check(state.q.len()) {
+        Err(InputError::NotFinite { quantity, dof, value }) => {
+            Some(StepFailure::LeftByEvent { event, quantity, dof, value })
+        }
+        _ => None,
+    }
 }
 
 /// The first event within a step of the method from `state`, in step `number` of the grid, and the

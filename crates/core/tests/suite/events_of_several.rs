@@ -2,8 +2,8 @@
 
 use crate::events::{Function, STEPS, Watched, drift, fall, first, free, second, watch};
 use afterbay_core::{
-    Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, Quantity, State,
-    StateRef, TakeStep, Watch, integrate_with_events,
+    Direction, Effort, Event, EventState, Grid, InputError, IntegrateError, Quantity, RunError,
+    State, StateRef, StepFailure, TakeStep, Watch, integrate_with_events,
 };
 use std::ops::ControlFlow;
 
@@ -289,4 +289,55 @@ fn a_state_with_too_few_momenta_is_refused_before_an_event_sees_it() {
         integrate_with_events(&mut fall, grid, &mut state, &events, &mut happen, &mut seen);
     let expected = InputError::Length { quantity: Quantity::Momentum, expected: 2, found: 1 };
     assert_eq!(outcome, Err(expected.into()));
+}
+
+/// A ball that meets the floor at t = 1, the second event of its list, and has another momentum
+/// then.
+fn meet_the_floor(
+    momentum: impl Fn(f64) -> f64,
+    then: ControlFlow<()>,
+) -> (RunError, State<Vec<f64>>) {
+    let floor = Event { function: &first, direction: Direction::Falling, is_wall: true };
+    let late = |state: StateRef<'_, f64>| state.t - 0.5;
+    let late = Event { function: &late, direction: Direction::Rising, is_wall: false };
+    let mut state = State::new(vec![0.5], vec![0.0]).expect("finite");
+    let mut happen = |i: usize, state: EventState<'_>| {
+        if i == 0 {
+            return ControlFlow::Continue(());
+        }
+        state.p[0] = momentum(state.p[0]);
+        then
+    };
+    let mut seen = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+    let grid = Grid::of(0.3, 10).expect("a grid");
+    let events = [late, floor];
+    match integrate_with_events(&mut fall, grid, &mut state, &events, &mut happen, &mut seen) {
+        Err(IntegrateError::Run(error)) => (error, state),
+        outcome => panic!("{outcome:?}"),
+    }
+}
+
+#[test]
+fn a_wall_whose_action_does_not_turn_the_motion_is_named() {
+    let (error, _) = meet_the_floor(|p| p, ControlFlow::Continue(()));
+    assert_eq!(error.failure, StepFailure::EventsAccumulate { count: 1, event: 1 });
+    assert!(error.to_string().contains("event 2 of the list"), "{error}");
+    // Turned back a thousand times in one step.
+    let (error, _) = meet_the_floor(|_| 1e-5, ControlFlow::Continue(()));
+    assert_eq!(error.failure, StepFailure::EventsAccumulate { count: 1000, event: 1 });
+}
+
+#[test]
+fn an_event_that_leaves_a_state_which_is_not_finite_is_named() {
+    for then in [ControlFlow::Continue(()), ControlFlow::Break(())] {
+        let (error, state) = meet_the_floor(|_| f64::NAN, then);
+        let StepFailure::LeftByEvent { event: 1, quantity: Quantity::Momentum, dof: 0, .. } =
+            error.failure
+        else {
+            panic!("{error}")
+        };
+        assert!(error.to_string().contains("event 2 of the list leaves p1 = NaN"), "{error}");
+        assert_eq!(error.step, 4);
+        assert!((state.p[0] + 1.0).abs() < 1e-14 && (state.t - 1.0).abs() < 1e-14, "{state:?}");
+    }
 }

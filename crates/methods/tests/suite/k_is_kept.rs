@@ -52,7 +52,9 @@ fn makes_sense(row: &Row, closed: bool, failure: &StepFailure) -> bool {
         | StepFailure::TooLarge { .. } => false,
         StepFailure::TooLong { .. } => row.name == "locally-exact",
         // Only events cause them.
-        StepFailure::EventsAccumulate { .. } | StepFailure::NoRebound { .. } => false,
+        StepFailure::EventsAccumulate { .. }
+        | StepFailure::LeftByEvent { .. }
+        | StepFailure::NoRebound { .. } => false,
         // Only the reference divides its steps.
         StepFailure::PartsAccumulate { .. } => false,
         StepFailure::NoRelaxationRoot { .. } => row.name.starts_with("relaxed"),

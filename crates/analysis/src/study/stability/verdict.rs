@@ -108,7 +108,9 @@ impl Verdict {
 
     fn of_failure(failure: &StepFailure) -> Self {
         match failure {
-            StepFailure::NonFinite { .. } | StepFailure::Undefined { .. } => Self::NotFinite,
+            StepFailure::NonFinite { .. }
+            | StepFailure::Undefined { .. }
+            | StepFailure::LeftByEvent { .. } => Self::NotFinite,
             StepFailure::Pole { .. }
             | StepFailure::Singular { .. }
             | StepFailure::AcrossSingularity { .. } => Self::Pole,

@@ -16,8 +16,8 @@ const SAME_TIME: f64 = 8.0 * f64::EPSILON;
 /// The first event of a step.
 pub(super) enum FirstEvent {
     Event(Found),
-    /// The event that changed the state happens again at once.
-    AtOnce,
+    /// The event of this number, which changed the state, happens again at once.
+    AtOnce(usize),
     None,
 }
 
@@ -61,7 +61,7 @@ pub(super) fn first_event(
             let (share, there) = match zero_of(event, *side, [state, end], &mut part)? {
                 Zero::After(share, there) => (share * whole, there),
                 Zero::Now => return Ok(FirstEvent::Event(Found::at(i, 0.0, state.clone()))),
-                Zero::AtOnce => return Ok(FirstEvent::AtOnce),
+                Zero::AtOnce => return Ok(FirstEvent::AtOnce(i)),
                 Zero::Pole => {
                     poles.push(i);
                     continue;
