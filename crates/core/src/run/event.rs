@@ -119,12 +119,12 @@ pub fn integrate_with_events(
     observer: &mut dyn FnMut(u64, StateRef<'_, f64>) -> ControlFlow<()>,
 ) -> Result<Effort, IntegrateError> {
     let start = state.t;
-    grid.check_from(start)?;
-    // A function of an event may index q, p and w alike.
-    state.check(state.q.len())?;
     if grid.h <= 0.0 {
         return Err(InputError::Step { h: grid.h }.into());
     }
+    grid.check_from(start)?;
+    // A function of an event may index q, p and w alike.
+    state.check(state.q.len())?;
     let time = |n: u64| grid.time(start, n);
     let mut sides: Vec<Side> = events.iter().map(|event| Side::of(event.value(state))).collect();
     let mut effort = Effort::default();
