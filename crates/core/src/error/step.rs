@@ -135,8 +135,8 @@ pub enum StepFailure {
     /// Events follow each other within one step without end.
     #[error(
         "events follow each other without end within one step ({count} so far, the last is event \
-         {} of the list), as those of a ball that bounces to rest: end before, or stop at the \
-         event; a wall needs an action that turns the motion back",
+         {} of the list), as those of a ball that bounces to rest, or of a wall whose action does \
+         not turn the motion back: end before, or stop at the event",
         event + 1
     )]
     EventsAccumulate {
