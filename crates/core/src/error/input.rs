@@ -7,7 +7,10 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InputError {
     /// A step size that is zero, negative or not finite.
-    #[error("the step h = {h:?} {}", if h.is_finite() { "must be positive" } else { "is not finite" })]
+    #[error(
+        "the step h = {h:?} {}",
+        if h.is_finite() { "must be positive" } else { "is not finite" }
+    )]
     Step {
         /// The step asked for.
         h: f64,
