@@ -142,7 +142,8 @@ fn solve_with_care<T: Scalar>(
 ) -> Result<Root<T>, StepFailure> {
     let (_, first) = pair.first;
     if !first.slope.is_finite().all() {
-        pair = two_corrections::<_, true>(T::one(), start, start, begin(first), &mut equation);
+        let first = with_any_slope(first);
+        pair = two_corrections::<_, true>(T::one(), start, start, first, &mut equation);
     }
     if let Some(root) = pair.corrected_again(start, &mut equation) {
         return Ok(root);
@@ -156,7 +157,7 @@ fn solve_with_care<T: Scalar>(
 
 /// The sample with the slope 0 in lanes where the derivative of F has no value, as that of v √|v|
 /// at rest as it is written. The iteration may begin with any slope.
-fn begin<T: Scalar>(first: Sample<T>) -> Sample<T> {
+fn with_any_slope<T: Scalar>(first: Sample<T>) -> Sample<T> {
     let finite = first.slope.is_finite();
     let [slope, argument_rounding] =
         [first.slope, first.argument_rounding].map(|x| T::select(finite, x, T::zero()));

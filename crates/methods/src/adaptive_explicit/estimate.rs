@@ -8,9 +8,8 @@ use afterbay_core::{Vector, larger_or_nan};
 /// The weight of the squared ratio of two error estimates in their combination (Hairer, Nørsett,
 /// Wanner, II.10).
 const RATIO_WEIGHT: f64 = 0.01;
-/// The factor of an estimate across a kink, of which the stages may see too little. At one place of
-/// a hundred, where the kink lies between two stages, the error is more than ten times the estimate.
-/// A choice.
+/// The factor of an estimate across a kink, of which the stages may see too little: at one place of
+/// a hundred, between two stages, the error is more than ten times the estimate. A choice.
 pub(super) const KINK_CAUTION: f64 = 10.0;
 
 impl<V: Vector> Workspace<V> {

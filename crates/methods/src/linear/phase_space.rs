@@ -181,7 +181,8 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    /// Evaluates the derivatives at (q, p). One that is not finite is left out, as in `Derivatives`.
+    /// Evaluates the derivatives at (q, p). One that is not finite is left out, as it is of
+    /// [`Derivatives`].
     #[inline(always)]
     pub(crate) fn evaluate<T, S>(&mut self, system: &S, q: &[T], p: &[T])
     where

@@ -1,4 +1,4 @@
-//! Systems without a value where a run begins, or that contradict what they state.
+//! Systems without a value or a derivative where a run begins, or that contradict what they state.
 
 use afterbay_core::{
     DissipationForm, Formulas, FromFormulas, Grid, InputError, IntegrateError, RunError, Scalar,
