@@ -88,6 +88,20 @@ pub enum InputError {
         /// The length given.
         found: usize,
     },
+    /// A state that lacks the motors of its system ([`crate::System::motors`]).
+    #[error(
+        "the state has {found} {} and lacks the {} of the system, of its time or its drive: \
+         `with_motors(&state, {motors})` adds {}",
+        if *found == 1 { "degree of freedom" } else { "degrees of freedom" },
+        if *motors == 1 { "motor".to_owned() } else { format!("{motors} motors") },
+        if *motors == 1 { "it" } else { "them" }
+    )]
+    NoMotors {
+        /// The degrees of freedom of the state.
+        found: usize,
+        /// The motors of the system.
+        motors: usize,
+    },
     /// An initial state that is not finite, or a system that is not finite at a finite state.
     #[error("{} = {value:?} is not finite", quantity.of(*dof))]
     NotFinite {

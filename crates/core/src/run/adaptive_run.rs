@@ -97,7 +97,7 @@ where
         state: &State<V>,
     ) -> Result<Self, InputError> {
         system.check()?;
-        state.check(system.dof())?;
+        state.check_with(system.dof(), || system.motors())?;
         tolerance.check::<V::Scalar>()?;
         control.check()?;
         let span = (end - state.t).to_f64();

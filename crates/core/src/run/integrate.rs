@@ -34,7 +34,7 @@ where
     O: Observer<V> + ?Sized,
 {
     system.check()?;
-    state.check(system.dof())?;
+    state.check_with(system.dof(), || system.motors())?;
     let (mut workspace, mut remainder) = (method.workspace(system)?, V::zeros(system.dof()));
     integrate_in(method, system, grid, state, &mut remainder, &mut workspace, observer)
 }
@@ -65,7 +65,7 @@ where
     O: Observer<V> + ?Sized,
 {
     system.check()?;
-    state.check(system.dof())?;
+    state.check_with(system.dof(), || system.motors())?;
     if remainder.as_slice().len() != system.dof() {
         let (expected, found) = (system.dof(), remainder.as_slice().len());
         let quantity = Quantity::Reservoir;

@@ -57,7 +57,8 @@ pub struct Accounts<T> {
 }
 
 /// The state of a system with motors from that of the system alone. The coordinates of the motors
-/// are the time of the state, and the motors have supplied no energy.
+/// are the time of the state, and the motors have supplied no energy. Forces and energies that
+/// depend on the time read these coordinates. A t that is set afterwards does not change them.
 pub fn with_motors<T: Scalar>(state: &State<Vec<T>>, motors: usize) -> State<Vec<T>> {
     let with = |part: &[T], value: T| {
         part.iter().copied().chain(std::iter::repeat_n(value, motors)).collect()

@@ -76,6 +76,22 @@ impl<V: Vector> State<V> {
         Ok(())
     }
 
+    /// Checks that the state is finite and fits a system with `dof` degrees of freedom, the last
+    /// `motors()` of which are its motors ([`System::motors`]).
+    ///
+    /// # Errors
+    /// Those of [`State::check`], and [`InputError::NoMotors`] if the motors are missing.
+    pub fn check_with(&self, dof: usize, motors: impl Fn() -> usize) -> Result<(), InputError> {
+        self.check(dof).map_err(|error| match error {
+            InputError::Length { quantity: Quantity::Coordinate, found, .. }
+                if found < dof && found + motors() == dof =>
+            {
+                InputError::NoMotors { found, motors: motors() }
+            }
+            error => error,
+        })
+    }
+
     /// The state as borrowed slices.
     #[inline(always)]
     pub fn state_ref(&self) -> StateRef<'_, V::Scalar> {

@@ -82,7 +82,7 @@ where
     S: System<Series<V::Scalar, M>> + ?Sized,
 {
     let dof = system.dof();
-    start.check(dof)?;
+    start.check_with(dof, || system.motors())?;
     let end = V::Scalar::from_f64(steps as f64) * h;
     if !end.is_finite().all() {
         return Err(InputError::End { end: end.to_f64() });

@@ -97,6 +97,9 @@ impl<V: Vector> Observer<V> for Sampling<'_, V::Scalar> {
 pub(super) trait Erased<T: Scalar>: Send + Sync {
     fn dof(&self) -> usize;
 
+    /// [`System::motors`]
+    fn motors(&self) -> usize;
+
     fn run(
         &self,
         _part: Part<'_, T>,
@@ -215,6 +218,10 @@ where
         self.system.dof()
     }
 
+    fn motors(&self) -> usize {
+        self.system.motors()
+    }
+
     fn run(
         &self,
         part: Part<'_, V::Scalar>,
@@ -276,6 +283,10 @@ where
 {
     fn dof(&self) -> usize {
         self.system.dof()
+    }
+
+    fn motors(&self) -> usize {
+        self.system.motors()
     }
 
     fn stepper(

@@ -63,7 +63,7 @@ impl<T: Scalar> Run<T> {
                 self.run_part(Part { grid, first: 0, stride, remainder }, state, show)
             }
             Setting::Tolerance(tolerance, end) => {
-                state.check(self.bound.dof())?;
+                self.check(state)?;
                 let place = Place::of(state);
                 let found = self.bound.run_within(&tolerance, end, place, stride, show);
                 found.map_err(|error| self.named(error))
@@ -85,7 +85,7 @@ impl<T: Scalar> Run<T> {
         show: Show<'_, T>,
     ) -> Result<Statistics, IntegrateError> {
         let dof = self.bound.dof();
-        state.check(dof)?;
+        self.check(state)?;
         if part.remainder.len() != dof {
             let (quantity, found) = (Quantity::Reservoir, part.remainder.len());
             return Err(InputError::Length { quantity, expected: dof, found }.into());
@@ -118,7 +118,7 @@ impl<T: Scalar> Run<T> {
         show: Show<'_, T>,
         stops: &mut dyn FnMut() -> bool,
     ) -> Result<Statistics, IntegrateError> {
-        state.check(self.bound.dof())?;
+        self.check(state)?;
         self.bound
             .sample(tolerance, times, Place::of(state), Sampling { show, stops })
             .map_err(|error| self.named(error))
@@ -132,7 +132,7 @@ impl<T: Scalar> Run<T> {
     ///
     /// # Errors
     /// [`InputError::Unsupported`] if the method chooses its steps, [`InputError::Step`] if h is
-    /// not finite, the errors of [`State::check`], and those of
+    /// not finite, the errors of [`State::check_with`], and those of
     /// [`Method::step`](afterbay_core::Method::step) reported as step 1 of a run. The state is
     /// unchanged after an error.
     pub fn step<V: Vector<Scalar = T>>(
@@ -140,7 +140,7 @@ impl<T: Scalar> Run<T> {
         h: T,
         state: &mut State<V>,
     ) -> Result<Effort, IntegrateError> {
-        state.check(self.bound.dof())?;
+        self.check(state)?;
         if !h.is_finite().all() {
             return Err(InputError::Step { h: h.to_f64() }.into());
         }
@@ -164,12 +164,16 @@ impl<T: Scalar> Run<T> {
         let bound = self.bound.stepper(tolerance, span);
         let mut step = bound.map_err(|error| named(self.method, error))?;
         Ok(Box::new(move |h, state, watch| {
-            state.check(self.bound.dof())?;
+            self.check(state)?;
             let t = state.t;
             let outcome = step(h, Place::of(state), watch).map_err(|error| self.named(error));
             state.t = t;
             outcome
         }))
+    }
+
+    fn check<V: Vector<Scalar = T>>(&self, state: &State<V>) -> Result<(), InputError> {
+        state.check_with(self.bound.dof(), || self.bound.motors())
     }
 
     /// Names the method in an error as its row does.

@@ -3,11 +3,13 @@
 use crate::bind::by_force;
 use crate::catalog::{As, duffing, oscillator, written};
 use crate::failures::{Pair, assert_says, bound, closed, state};
+use crate::motors::{Model, Scene, Shaker};
 use afterbay_core::{
-    Effort, Grid, InputError, IntegrateError, Quantity, State, StateRef, integrate,
+    Effort, Grid, InputError, IntegrateError, Quantity, State, StateRef, Tolerance, integrate,
+    integrate_within, with_motors,
 };
-use afterbay_methods::ModDg;
-use afterbay_methods::registry::{FIXED, find};
+use afterbay_methods::registry::{FIXED, Setting, bind, find};
+use afterbay_methods::{AdaptiveDop853, ModDg, Rk4};
 use afterbay_systems::{Description, DissipationText};
 use std::ops::ControlFlow;
 
@@ -45,6 +47,41 @@ fn a_step_that_is_not_finite_is_refused() {
             assert_eq!(error.to_string(), format!("the step h = {h:?} is not finite"));
         }
     }
+}
+
+/// Mathieu's equation under a drive has a clock and a motor.
+#[test]
+fn a_state_without_motors_is_told_how_to_add_them() {
+    let drive = Some(Shaker::of_first(1.0, 1.0));
+    let system = Scene { model: Model::Mathieu, drive }.system::<f64>();
+    let curved = system.clone().second_derivatives().unwrap();
+    let alone = State::new(vec![1.0], vec![0.5]).unwrap();
+    let (grid, tolerance) = (Grid::of(0.1, 3).unwrap(), Tolerance::all(1e-6));
+    let run = |name: &str| bind::<f64>(find(name).unwrap(), system.clone()).unwrap();
+    let (fixed, chosen) = (run("rk4"), run("adaptive-dop853"));
+    let mut look = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+    let mut unwatched = |_: StateRef<'_, f64>| ControlFlow::Continue(());
+    let mut state = alone.clone();
+    let outcomes = [
+        fixed.run(grid, &mut state, 1, &mut look).map(drop),
+        fixed.step(0.1, &mut state).map(drop),
+        fixed.stepper(None, 1.0).unwrap()(0.1, &mut state, &mut unwatched).map(drop),
+        chosen.run(Setting::Tolerance(tolerance, 1.0), &mut state, 1, &mut look).map(drop),
+        chosen.sample(&tolerance, &[1.0], &mut state, &mut look, &mut || false).map(drop),
+        integrate(&Rk4, &*system, grid, &mut state, &mut ()).map(drop),
+        integrate_within(&AdaptiveDop853, &*curved, &tolerance, 1.0, &mut state, &mut ()).map(drop),
+    ];
+    for outcome in outcomes {
+        let error = outcome.unwrap_err();
+        assert_eq!(error, InputError::NoMotors { found: 1, motors: 2 }.into());
+        assert_says(&error, &["1 degree of freedom", "2 motors", "`with_motors(&state, 2)`"]);
+    }
+    assert_eq!(state, alone);
+    fixed.run(grid, &mut with_motors(&alone, 2), 1, &mut look).unwrap();
+    // A state that lacks one of two motors may lack anything.
+    let expected = InputError::Length { quantity: Quantity::Coordinate, expected: 3, found: 2 };
+    let outcome = fixed.run(grid, &mut with_motors(&alone, 1), 1, &mut look);
+    assert_eq!(outcome.unwrap_err(), expected.into());
 }
 
 #[test]

@@ -236,7 +236,7 @@ fn follow<V: Vector>(
     stop: &dyn Fn() -> bool,
     see: &mut dyn FnMut(StateRef<'_, V::Scalar>),
 ) -> Result<Route, InputError> {
-    start.check(system.dof())?;
+    start.check_with(system.dof(), || system.motors())?;
     let copy = |part: &[V::Scalar]| V::filled(part, |x| x);
     let start = State { q: copy(&start.q), p: copy(&start.p), w: copy(&start.w), t: start.t };
     let see = &mut |_, state: State<V>| see(state.state_ref());
