@@ -159,6 +159,21 @@ fn a_method_that_does_not_apply_is_named_as_in_the_registry() {
 }
 
 #[test]
+fn a_system_without_a_formula_for_delta_is_told_the_trait() {
+    let system = Scene { model: Model::Single { drag: true }, drive: None }.system::<f64>();
+    let mut refused = 0;
+    for row in FIXED {
+        if let Err(error) = bind::<f64>(row, system.clone())
+            && error.to_string().contains('δ')
+        {
+            assert_says(&error, &[row.name, "`OrderRaising`"]);
+            refused += 1;
+        }
+    }
+    assert!(refused > 10, "{refused}");
+}
+
+#[test]
 fn the_scheme_for_one_degree_of_freedom_refuses_two() {
     let Err(error) = by_force::<f64, _>(find("moddg").unwrap(), Pair) else { panic!("it applies") };
     assert!(matches!(error, InputError::Unsupported { method: "moddg", .. }), "{error}");
