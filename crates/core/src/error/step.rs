@@ -20,7 +20,7 @@ pub enum StepFailure {
     /// H, a velocity or a force has no finite value at the state from which the step begins.
     #[error(
         "{} = {value:?} where the step begins: check the parameters and the masses, or begin where \
-         H and D have values",
+         H, its derivatives and D have values",
         quantity.of(*dof)
     )]
     Undefined {
@@ -51,9 +51,9 @@ pub enum StepFailure {
     /// iterations.
     #[error(
         "Newton's iteration of degree of freedom {} stalls (last update {update:e} after \
-         {iterations} iterations): it finds no solution that continues from h = 0, take a smaller \
-         step",
-        dof + 1
+         {iterations} iterations): {}",
+        dof + 1,
+        stalled(*update)
     )]
     NewtonStalled {
         /// The degree of freedom, from 0.
@@ -292,6 +292,18 @@ fn of_slope(slope: Option<f64>) -> String {
 /// A factor with three decimals, or in scientific notation if it is large.
 fn factor(x: f64) -> String {
     if x.abs() < 1e4 { format!("{x:.3}") } else { format!("{x:.2e}") }
+}
+
+/// The reason and the advice where Newton's iteration stalls. At the start of a step the derivative
+/// of a force may have no value, although the force has one.
+fn stalled(update: f64) -> &'static str {
+    if update.is_nan() {
+        "a force or its derivative has no value on the way, take a smaller step; if none helps, \
+         write the force so that its derivative exists, or take a method without this equation, \
+         such as adaptive-dop853"
+    } else {
+        "it finds no solution that continues from h = 0, take a smaller step"
+    }
 }
 
 /// The advice where a number is not finite.

@@ -2,9 +2,10 @@
 
 use afterbay_core::{
     DissipationForm, Formulas, FromFormulas, Grid, InputError, IntegrateError, RunError, Scalar,
-    State, StateRef, StepFailure, System, Tolerance, f64x8, integrate, integrate_within,
+    State, StateRef, Statistics, StepFailure, System, Tolerance, f64x8, integrate,
+    integrate_within,
 };
-use afterbay_methods::registry::{ADAPTIVE, METHODS, Setting, bind, find};
+use afterbay_methods::registry::{self, ADAPTIVE, METHODS, Setting, bind, find};
 use afterbay_methods::{AdaptiveDop853, Composition, Increment, Relaxed};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -281,5 +282,76 @@ fn a_friction_without_a_derivative_at_rest_is_taken_by_every_method() {
                 assert!((x - exact).abs() < 0.005, "{name}: {x}, not {exact}");
             }
         }
+    }
+}
+
+/// A mass without a derivative of D in q, or of V, where q = 0.
+#[derive(Clone, Copy)]
+enum Rooted {
+    /// D = v √|q|
+    Friction,
+    /// V = q² √|q| - q
+    Potential,
+}
+
+impl Formulas for Rooted {
+    fn dof(&self) -> usize {
+        1
+    }
+
+    fn potential<T: Scalar>(&self, q: &[T]) -> T {
+        match self {
+            Self::Friction => (q[0] * q[0]).half() - q[0],
+            Self::Potential => q[0] * q[0] * q[0].abs().sqrt() - q[0],
+        }
+    }
+
+    fn dissipation<T: Scalar>(&self, q: &[T], v: &[T], _j: usize) -> T {
+        match self {
+            Self::Friction => v[0] * q[0].abs().sqrt(),
+            Self::Potential => v[0],
+        }
+    }
+
+    fn kinks<T: Scalar>(&self, q: &[T], _v: &[T], put: &mut dyn FnMut(T)) {
+        put(q[0]);
+    }
+}
+
+/// Runs a method from rest at q = 0.
+fn from_zero(row: &registry::Row, system: Rooted) -> Option<Result<Statistics, IntegrateError>> {
+    let run = bind::<f64>(row, Arc::new(FromFormulas(system))).ok()?;
+    let setting = match row.is_adaptive() {
+        true => Setting::Tolerance(Tolerance::all(1e-8), 2.0),
+        false => Setting::Step(Grid::new(0.002, 2.0).unwrap()),
+    };
+    let mut state = State::new(vec![0.0], vec![0.0]).unwrap();
+    let mut show = |_: u64, _: StateRef<'_, f64>| ControlFlow::Continue(());
+    Some(run.run(setting, &mut state, 1, &mut show))
+}
+
+/// A smaller step does not help: the step begins there.
+#[test]
+fn where_a_derivative_has_no_value_a_method_without_it_is_advised() {
+    let outcomes =
+        METHODS.iter().filter_map(|row| Some((row.name, from_zero(row, Rooted::Friction)?)));
+    let mut failed = Vec::new();
+    for (name, outcome) in outcomes {
+        let Err(error) = outcome else { continue };
+        let said = error.to_string();
+        assert!(said.contains("so that its derivative exists, or take a method"), "{name}: {said}");
+        failed.push(name);
+    }
+    assert_eq!(failed, ["leapfrog", "splitting-2", "splitting-4", "splitting-6"]);
+    from_zero(find("adaptive-dop853").unwrap(), Rooted::Friction).unwrap().unwrap();
+}
+
+#[test]
+fn an_energy_without_a_derivative_is_told_apart_from_one_without_a_value() {
+    for row in METHODS {
+        let Some(outcome) = from_zero(row, Rooted::Potential) else { continue };
+        let said = outcome.unwrap_err().to_string();
+        let end = "begin where H, its derivatives and D have values";
+        assert!(said.contains("∂H/∂q1 = NaN") && said.ends_with(end), "{}: {said}", row.name);
     }
 }
