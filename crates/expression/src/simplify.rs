@@ -135,7 +135,8 @@ impl Graph {
             // 2ᵏ (c x) = (2ᵏ c) x
             (_, Term::Product(c, x)) if scale.is_some_and(power_of_two) && self.closed(c) => {
                 let factor = self.product(a, c);
-                if self.term(factor) == Term::Product(a, c) && self.constant(c).is_some() {
+                // The product of the two numbers is not exact.
+                if self.constant(c).is_some() && self.constant(factor).is_none() {
                     return self.insert(Term::Product(a, b));
                 }
                 self.product(factor, x)

@@ -194,3 +194,10 @@ fn the_corpus_is_parsed_or_refused() {
     }
     assert!(evaluated >= EVALUATED, "{evaluated} evaluations");
 }
+
+/// The smallest numbers stay factors, since their products may have rounding errors.
+#[test]
+fn powers_of_two_times_the_smallest_numbers_are_evaluated() {
+    let found = values("q1*1e-310*2*2", (0.0, 1.0, 3.0, 0.0)).unwrap().unwrap();
+    assert_eq!(found.map(Scalar::to_f64), [1.0, 3.0, 1.0].map(|x| x * (4.0 * 1e-310)));
+}
