@@ -179,11 +179,14 @@ fn states_between_steps_have_the_order_of_the_method_and_keep_k() {
 fn failures_and_states_of_later_legs_have_their_steps() {
     // A ball that comes to rest by bouncing, after 8.6 units of time.
     let text = BALL.replace("end = 2.0", "end = 10.0").replace("c = 0.05", "c = 0");
+    let text = format!("{text}[run.events.above]\nof = \"q1\"\nvalue = 2\n");
     let (run, impacts) = followed(&text, "moddg", 1e-4);
     assert_eq!(run.ending.outcome, "events-accumulate");
     let (last, failure) = (run.rows.last().unwrap(), run.ending.failure.unwrap());
     assert!(last.step > 80_000 && impacts.len() > 60, "{last:?}");
     assert!(failure.contains(&format!("step {}", last.step + 1)), "{failure}: {last:?}");
+    assert!(failure.contains("event 2 of the list"), "{failure}");
+    assert!(failure.ends_with("(event 2 is `floor`)"), "{failure}");
     let (steps, row) =
         (Steps { h: 1e-3, every: 1, tolerance: Some(1e-9) }, find("leapfrog").unwrap());
     let text = OSCILLATOR.replace("end = 4.0", "end = 100.0").replace("b = 0.2", "b = 0");

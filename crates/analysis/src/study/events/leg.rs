@@ -73,6 +73,10 @@ pub fn advance(
     let result = failed.map_or(result, Err).map(drop).map_err(|error| of_run(begin, error));
     legs.done = done;
     legs.ending = Ending::of(&result, grid.steps, done);
+    if let (Some(says), Some(i)) = (&mut legs.ending.failure, event_of(&result)) {
+        // The events of a scene are known by their names, and sorted by them.
+        *says += &format!(" (event {} is `{}`)", i + 1, events.events[i].name);
+    }
     if leg_ends && result.is_ok() && !events.stopped {
         legs.state = Some(KeptState::of(state));
         return Ok(());
@@ -91,6 +95,17 @@ pub fn advance(
         legs.ending = Ending::completed();
     }
     Ok(())
+}
+
+/// The event that a failure is about, from 0.
+fn event_of(result: &Result<(), IntegrateError>) -> Option<usize> {
+    let Err(IntegrateError::Run(RunError { failure, .. })) = result else { return None };
+    match *failure {
+        StepFailure::EventsAccumulate { event, .. } | StepFailure::LeftByEvent { event, .. } => {
+            Some(event)
+        }
+        _ => None,
+    }
 }
 
 impl EventPlan {
