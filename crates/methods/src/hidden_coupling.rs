@@ -2,8 +2,12 @@
 
 use afterbay_core::{DissipationForm, InputError, Mask, Scalar, System};
 
-/// The sizes of q and p at which D is compared.
+/// The sizes of q, p and v at which D is compared.
 const SIZES: [f64; 2] = [0.1, 1.0];
+
+/// 2^32 times the golden ratio, less 2^32. Its multiples are spread evenly over all numbers of 32
+/// bits.
+const GOLDEN: u32 = 0x9e37_79b9;
 
 /// Refuses a system whose D_j depends on other velocities without saying so. `is_separable` tells
 /// whether H is known to be separable.
@@ -25,46 +29,57 @@ pub(crate) fn states_coupling<T: Scalar, S: System<T> + ?Sized>(
 
 /// Whether some D_j depends on another velocity although [`DissipationForm::coupled`] is false.
 ///
-/// For each bit, the velocities of all degrees of freedom whose number has this bit set are
-/// doubled, and then those of the others. D_j of the degrees of freedom that are not doubled must
-/// not change. Any two numbers differ in some bit, so that a dependence of D_j on v_k shows. D of a
-/// separable system may be written in p, so that the momenta are doubled with the velocities.
-/// Motors are left out, and values that are NaN do not count.
+/// D is evaluated with all velocities single, with all doubled, and then, for each bit, with those
+/// of the degrees of freedom doubled whose number has this bit set. Each D_j must have the value
+/// that it had when v_j was the same. Any two numbers differ in some bit, so that a dependence of
+/// D_j on v_k shows.
+///
+/// D of a separable system may be written in p, so that the momenta are doubled with the
+/// velocities. Motors are left out, and values that are NaN do not count.
 fn has_hidden_coupling<T: Scalar, S: System<T> + ?Sized>(system: &S, is_separable: bool) -> bool {
     let n = system.dof() - system.motors();
     let DissipationForm { zero, coupled, .. } = system.dissipation_form();
-    if zero || coupled || n < 2 {
+    if zero || coupled || n < 2 || system.finds_dissipation_form() {
         return false;
     }
-    let zeros = || vec![T::zero(); system.dof()];
-    let [mut q, mut before, mut after] = [(); 3].map(|()| zeros());
-    // v and p, and how many of the two are doubled.
-    let (mut motion, doubled) = ([zeros(), zeros()], 1 + usize::from(is_separable));
-    let mut seed = 1_u64;
-    let mut number = |size: f64| {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        T::from_f64(size * ((seed >> 11) as f64 / (1_u64 << 53) as f64 + 0.5))
-    };
+    let dof = system.dof();
+    let zeros = || vec![T::zero(); dof];
+    let [mut q, mut p, mut v, mut single, mut double, mut found] = [(); 6].map(|()| zeros());
     for size in SIZES {
-        let [v, p] = &mut motion;
-        q.iter_mut().chain(&mut *p).for_each(|x| *x = number(size));
-        system.gradient(&q, p, &mut after, v);
-        system.dissipation(&q, p, v, &mut before);
-        for bit in 0..usize::BITS - (n - 1).leading_zeros() {
-            for set in [0, 1] {
-                let moves = |j: usize| (j >> bit) & 1 == set;
-                let scale = |motion: &mut [Vec<T>], by: fn(T) -> T| {
-                    for x in motion {
-                        (0..n).filter(|&j| moves(j)).for_each(|j| x[j] = by(x[j]));
-                    }
-                };
-                scale(&mut motion[..doubled], |x| x + x);
-                system.dissipation(&q, &motion[1], &motion[0], &mut after);
-                scale(&mut motion[..doubled], T::half);
-                let changes = |j: usize| before[j].lt(after[j]).or(after[j].lt(before[j])).any();
-                if (0..n).any(|j| !moves(j) && changes(j)) {
-                    return true;
+        let number = |i: usize| {
+            let share = f64::from((i as u32).wrapping_mul(GOLDEN)) / f64::from(u32::MAX);
+            T::from_f64(size * (0.5 + share))
+        };
+        let moving = p.iter_mut().chain(&mut v).enumerate();
+        moving.for_each(|(i, x)| *x = number(i));
+        q.iter_mut().enumerate().for_each(|(j, x)| *x = number(j + 2 * dof));
+        // D where v_j is doubled if j & mask = bits.
+        let mut evaluate = |mask: usize, bits: usize, found: &mut [T]| {
+            let set = |x: &mut [T], first: usize| {
+                for (j, x) in x[..n].iter_mut().enumerate() {
+                    let single = number(j + first);
+                    *x = if j & mask == bits { single + single } else { single };
                 }
+            };
+            set(&mut v, dof);
+            if is_separable {
+                set(&mut p, 0);
+            }
+            system.dissipation(&q, &p, &v, found);
+        };
+        let (none, all) = (1, 0);
+        evaluate(0, none, &mut single);
+        evaluate(0, all, &mut double);
+        for bit in (0..usize::BITS - (n - 1).leading_zeros()).map(|bit| 1 << bit) {
+            evaluate(bit, bit, &mut found);
+            let mut changed = T::zero().lt(T::zero());
+            for (j, ((&now, &one), &two)) in found[..n].iter().zip(&single).zip(&double).enumerate()
+            {
+                let then = if j & bit == bit { two } else { one };
+                changed = changed.or(now.lt(then)).or(then.lt(now));
+            }
+            if changed.any() {
+                return true;
             }
         }
     }
@@ -102,7 +117,7 @@ mod tests {
 
     #[test]
     fn every_pair_of_velocities_is_seen() {
-        for n in [1, 2, 3, 5, 8] {
+        for n in [1, 2, 3, 5, 8, 17] {
             let coupled = |between| {
                 let system = FromFormulas(Dashpot { n, between });
                 has_hidden_coupling::<f64, _>(&system, true)

@@ -70,6 +70,13 @@ pub trait System<T: Scalar>: Send + Sync {
         DissipationForm::GENERAL
     }
 
+    /// Whether [`System::dissipation_form`] is found from the equations of D themselves. Methods
+    /// that need D to couple no velocities compare the form of other systems with D.
+    #[inline(always)]
+    fn finds_dissipation_form(&self) -> bool {
+        false
+    }
+
     /// The degree of freedom that a motor drives; none for a clock.
     #[inline(always)]
     fn driven_by(&self, _motor: usize) -> Option<usize> {

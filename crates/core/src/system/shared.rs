@@ -46,6 +46,10 @@ impl<T: Scalar, S: System<T> + ?Sized> System<T> for Arc<S> {
         (**self).dissipation_form()
     }
     #[inline]
+    fn finds_dissipation_form(&self) -> bool {
+        (**self).finds_dissipation_form()
+    }
+    #[inline]
     fn motors(&self) -> usize {
         (**self).motors()
     }

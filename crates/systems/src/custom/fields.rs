@@ -171,6 +171,10 @@ impl<T: Scalar> System<T> for Custom<T> {
         self.dissipation_form
     }
 
+    fn finds_dissipation_form(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn coupling(&self) -> Coupling {
         self.shape.structure.coupling.clone()

@@ -187,6 +187,10 @@ impl<T: Scalar> System<T> for CustomGeneral<T> {
         self.dissipation_form
     }
 
+    fn finds_dissipation_form(&self) -> bool {
+        true
+    }
+
     fn coupling(&self) -> Coupling {
         self.shape.coupling.clone()
     }
