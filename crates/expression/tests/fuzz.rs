@@ -151,16 +151,22 @@ impl Compiled {
     }
 }
 
-/// The values of an expression at both ends of the edge, and its divided difference, in 106 bits
-/// and as intervals, which must contain those in 53 bits; none if the text has no program.
-fn values(text: &str, place: Place) -> Result<Option<([Quad; 3], [Interval; 3])>, TestCaseError> {
+/// The values at both ends of the edge, and the divided difference, in 106 bits and as intervals.
+struct Values {
+    long: [Quad; 3],
+    intervals: [Interval; 3],
+}
+
+/// The values of a text, of which the intervals must contain those in 53 bits; none if the text has
+/// no program.
+fn values(text: &str, place: Place) -> Result<Option<Values>, TestCaseError> {
     let Some(compiled) = Compiled::of(text)? else { return Ok(None) };
     let intervals = compiled.values::<Interval>(place);
     for (x, interval) in compiled.values::<f64>(place).into_iter().zip(intervals) {
         let holds = !interval.is_bounded() || interval.contains(x);
         prop_assert!(holds, "{} at {:?}: {:e} is not in {:?}", text, place, x, interval);
     }
-    Ok(Some((compiled.values(place), intervals)))
+    Ok(Some(Values { long: compiled.values(place), intervals }))
 }
 
 /// The largest number that the checks of values take.
@@ -173,11 +179,11 @@ const WIDEST: f64 = 1e-6;
 /// Checks that the divided difference times the edge is the difference of the values, in 106 bits,
 /// where no number is large or without digits. Returns whether the text has values.
 fn check(text: &str, place: Place) -> Result<bool, TestCaseError> {
-    let Some(([at_a, at_b, mean], intervals)) = values(text, place)? else { return Ok(false) };
+    let Some(Values { long, intervals }) = values(text, place)? else { return Ok(false) };
     let (_, a, b, _) = place;
     let fits = |x: Interval| x.magnitude() < LARGEST && x.width() < WIDEST;
     if intervals.into_iter().all(fits) {
-        let width = Quad::from_f64(b) - Quad::from_f64(a);
+        let ([at_a, at_b, mean], width) = (long, Quad::from_f64(b) - Quad::from_f64(a));
         let off = (mean * width - (at_b - at_a)).to_f64().abs();
         prop_assert!(off <= 1e-12, "{} at {:?}: {:e}", text, place, off);
     }
@@ -223,6 +229,7 @@ fn the_corpus_is_parsed_or_refused() {
 /// The smallest numbers stay factors, since their products may have rounding errors.
 #[test]
 fn powers_of_two_times_the_smallest_numbers_are_evaluated() {
-    let (found, _) = values("q1*1e-310*2*2", (0.0, 1.0, 3.0, 0.0)).unwrap().unwrap();
+    let Values { long: found, .. } =
+        values("q1*1e-310*2*2", (0.0, 1.0, 3.0, 0.0)).unwrap().unwrap();
     assert_eq!(found.map(Scalar::to_f64), [1.0, 3.0, 1.0].map(|x| x * (4.0 * 1e-310)));
 }

@@ -141,6 +141,12 @@ impl Attractor {
         beyond(&metric, &a, &b).max(beyond(&metric, &b, &a))
     }
 
+    /// The largest difference of the units of the two, relative to the larger unit.
+    pub(super) fn size_difference(&self, other: &Self) -> f64 {
+        let [own, others] = [self, other].map(|of| of.metric.units());
+        own.iter().zip(others).map(|(a, b)| (a - b).abs() / a.max(*b)).fold(0.0, f64::max)
+    }
+
     /// Whether both are of one kind and lie in one place.
     pub fn is_like(&self, other: &Self) -> bool {
         match (self.kind, other.kind) {

@@ -11,6 +11,7 @@ use afterbay_analysis::{Spacing, Variable};
 use afterbay_experiments::experiment;
 use afterbay_experiments::scene::Scene;
 use afterbay_methods::registry::{REFERENCE, find};
+use std::f64::consts::TAU;
 
 const STROBE: Section = Section::Stroboscopic { interval: None };
 
@@ -62,7 +63,7 @@ fn a_linear_oscillator_returns_to_its_steady_state() {
     let found = study.run(&REFERENCE, 0.1, &Silent).unwrap();
     assert!(found.endings[0].is_completed());
     assert_eq!(found.rows.len(), 20);
-    let period = std::f64::consts::TAU / 1.7;
+    let period = TAU / 1.7;
     for (n, row) in found.rows.iter().enumerate() {
         assert!((row.q[0] - exact[0]).abs() < 1e-9, "{row:?}, {exact:?}");
         assert!((row.p[0] - exact[1]).abs() < 1e-9, "{row:?}, {exact:?}");
@@ -317,6 +318,28 @@ fn coexisting_cycles_have_their_basins_and_their_numbers() {
     assert_eq!(rows.len(), 256);
     assert_eq!((rows[1].q[0], rows[1].p[0]), (study.axes[0].values[1], study.axes[1].values[0]));
     assert!(rows.iter().all(|row| (1..=2).contains(&row.attractor) && row.periods < 400));
+}
+
+/// With eight steps a period the frequency of the midpoint rule, (2/h) atan(h/2), is 0.95, and the
+/// amplitude at resonance 0.4 in place of 4.
+#[test]
+fn a_cycle_of_another_amplitude_has_a_number_of_its_own() {
+    let system = "name = \"duffing\"\nparameters = { alpha = 1.0, beta = 0.0, c = 0.01 }";
+    let drive = "[drive]\nforce = [\"0.04*cos(omega*t)\"]\nparameters = { omega = 1.0 }";
+    let study = Basins {
+        problem: problem(system, drive, [0.0, 0.0]),
+        section: STROBE,
+        axes: [axis(Variable::Q, 3), axis(Variable::P, 3)],
+        longest: 1000,
+    };
+    let exact = study.run(&REFERENCE, 0.1, &Silent).unwrap();
+    for (steps, number) in [(8.0, 1), (128.0, 0)] {
+        let mut own = study.run(find("moddg").unwrap(), TAU / steps, &Silent).unwrap();
+        own.renumber(&exact);
+        for (own, exact) in own.cells.iter().zip(&exact.cells) {
+            assert_eq!((exact.attractor, own.attractor), (Some(0), Some(number)), "{own:?}");
+        }
+    }
 }
 
 #[test]

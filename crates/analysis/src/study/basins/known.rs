@@ -42,6 +42,9 @@ impl Known {
     /// The largest distance of attractors of two methods that count as one, relative to their
     /// extents. A coarse choice: at large steps a method shifts an attractor by its phase, too.
     pub(super) const ALIKE: f64 = 0.5;
+    /// The largest difference of their extents. Half of an extent is as far as a cycle reaches from
+    /// its centre, so that cycles of one period and any amplitudes are within [`Known::ALIKE`].
+    const OF_ONE_SIZE: f64 = 0.25;
 
     /// An attractor without a period, from boxes with the given sides.
     pub(super) fn of_boxes(
@@ -105,11 +108,12 @@ impl Known {
         if self.cycle.is_empty() { self.attractor.points() } else { &self.cycle }
     }
 
-    /// The distance from another attractor, relative to the extents of this one; infinite if they
-    /// are of different kinds.
+    /// The distance from another attractor, relative to the larger extents of the two; infinite if
+    /// they are of different kinds or sizes.
     pub(super) fn distance(&self, other: &Self) -> f64 {
-        if self.attractor.kind == other.attractor.kind {
-            self.attractor.distance(&other.attractor)
+        let (own, other) = (&self.attractor, &other.attractor);
+        if own.kind == other.kind && own.size_difference(other) <= Self::OF_ONE_SIZE {
+            own.distance(other)
         } else {
             f64::INFINITY
         }
