@@ -7,7 +7,7 @@ use crate::failure::{Failure, code_of_results};
 use crate::table::Column;
 use crate::{interrupt, recommended, scene, table};
 use afterbay_analysis::Measured;
-use afterbay_analysis::study::pick::{self, Candidate, Pick, Trial, Wanted};
+use afterbay_analysis::study::pick::{self, Candidate, Pick, TooSensitive, Trial, Wanted};
 use afterbay_experiments::journal::take_over;
 use afterbay_experiments::record::writable;
 use afterbay_experiments::scene::Scene;
@@ -163,6 +163,9 @@ fn said(found: &Pick, end: f64) -> Vec<String> {
         lines.push(format!("The search was interrupted after {tried} runs; so far:"));
     }
     match (&found.qualified[..], found.too_sensitive) {
+        ([], Some(why @ TooSensitive::Between { .. })) => {
+            lines.push(format!("No method can be compared all along: {why}."));
+        }
         ([], Some(why)) => {
             lines.push(format!("The scene is too sensitive for an error of {bound:e}: {why}."));
         }

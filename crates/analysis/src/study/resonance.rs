@@ -15,11 +15,11 @@ use super::ranges::Ranges;
 use super::section::{Section, nearest, point, rewind};
 use super::stability::MapError;
 use super::zero::{at_zero_in_part, copy, step_part};
-use crate::Model;
 use crate::Spacing;
 use crate::progress::Progress;
 use crate::solution::accounts;
 use crate::words::{Word, word};
+use crate::{Model, ModelError};
 use afterbay_core::{Accounts, Grid, IntegrateError, State, StateRef, System};
 use afterbay_methods::registry::{Row, Run};
 use serde::{Deserialize, Serialize};
@@ -89,6 +89,21 @@ impl Resonance {
     /// The section of one period.
     pub const SECTION: Section = Section::Stroboscopic { interval: None };
 
+    /// The values, from the end of their range where the frequency of the drive is lower.
+    fn from_lower_frequency(&self) -> Result<Vec<f64>, ModelError> {
+        let mut values = self.values.clone();
+        if let [first, .., last] = self.values[..] {
+            let interval = |value| {
+                let model = self.problem.model.with(&self.parameter, value)?;
+                Ok::<_, ModelError>(Self::SECTION.interval(&model).unwrap_or(f64::INFINITY))
+            };
+            if interval(first)? < interval(last)? {
+                values.reverse();
+            }
+        }
+        Ok(values)
+    }
+
     /// The frequencies in one order. A run that fails has a row without amplitudes, and the next
     /// begins at the initial state.
     fn branch(
@@ -98,7 +113,7 @@ impl Resonance {
         way: Way,
         progress: &dyn Progress,
     ) -> Result<Vec<ResonanceRow>, MapError> {
-        let mut values = self.values.clone();
+        let mut values = self.from_lower_frequency()?;
         if way == Way::Down {
             values.reverse();
         }

@@ -3,6 +3,7 @@
 use crate::sections::problem;
 use afterbay_analysis::Spacing;
 use afterbay_analysis::progress::{Progress, Silent};
+use afterbay_analysis::study::bifurcation::Way;
 use afterbay_analysis::study::dynamics::Dynamics;
 use afterbay_analysis::study::resonance::{Resonance, ResonanceRow};
 use afterbay_methods::registry::{REFERENCE, find};
@@ -18,6 +19,22 @@ fn over(
     let (values, spacing) = (values.to_vec(), Spacing::Linear);
     let (problem, parameter) = (problem(system, drive, start), "omega".into());
     Resonance { problem, parameter, values, spacing, transient, periods }
+}
+
+/// A hardening spring follows the upper branch where the frequency rises and the period falls.
+#[test]
+fn up_is_the_branch_of_rising_frequencies_also_over_periods() {
+    let system = "name = \"duffing\"\nparameters = { alpha = 1.0, beta = 0.2, c = 0.1 }";
+    let drive = "[drive]\nforce = [\"0.4*cos(2*pi*t/T)\"]\nparameters = { T = 6.0 }";
+    let periods: Vec<f64> = (0..24).map(|i| 3.2 + 0.2 * f64::from(i)).collect();
+    let study = over(system, drive, [0.0, 0.0], &periods, [100, 4]);
+    let study = Resonance { parameter: "T".into(), ..study };
+    let rows = study.run(find("moddg").unwrap(), 0.1, &Silent).unwrap();
+    let between = |row: &&ResonanceRow| (row.frequency - 1.428).abs() < 1e-3;
+    let found = rows.iter().filter(between).map(|row| (row.branch, row.amplitude[0].unwrap()));
+    let found: Vec<_> = found.collect();
+    let [(Way::Up, upper), (Way::Down, lower)] = found[..] else { panic!("{found:?}") };
+    assert!(upper > 2.5 && lower < 0.5, "{upper} {lower}");
 }
 
 /// The amplitude of an angle that turns does not grow with the time it has turned.

@@ -31,6 +31,10 @@ const LEAST_FALL: f64 = 0.25;
 const FEW_CELLS: f64 = 0.02;
 /// The number of cells from which on they are many.
 const MANY_CELLS: usize = 1 << 14;
+/// The parts of a run in which the resolution is examined, and the number of parts without it that
+/// counts.
+const PARTS: usize = 64;
+const FEWEST_PARTS: usize = 4;
 /// The relative difference of two times, below which it is their rounding.
 const SAME_TIME: f64 = 4.0 * f64::EPSILON;
 /// The least factor by which the number of states grows at once.
@@ -151,6 +155,20 @@ impl Dense {
         [self.exact.doubt_at(cell).larger(self.exact.doubt_at(cell + 1)), self.cells[cell]]
     }
 
+    /// The times between which the interpolation errs by more than `most` in half of the cells, not
+    /// only at kinks; none if this is a small share of the run.
+    pub(super) fn unresolved(&self, most: f64) -> Option<[f64; 2]> {
+        let size = self.cells.len().div_ceil(PARTS);
+        let is_known = |cell: &&Doubt| cell.most() <= most;
+        let unknown = |part: &[Doubt]| 2 * part.iter().filter(is_known).count() < part.len();
+        let unknown: Vec<usize> = (self.cells.chunks(size).enumerate())
+            .filter_map(|(i, part)| unknown(part).then_some(i))
+            .collect();
+        let [.., last] = unknown[..] else { return None };
+        let node = |part: usize| (part * size).min(self.cells.len()) as f64 * self.spacing;
+        (unknown.len() >= FEWEST_PARTS).then(|| [node(unknown[0]), node(last + 1)])
+    }
+
     /// The state at the end.
     pub(super) fn end(&self) -> StateRef<'_, f64> {
         self.exact.at(self.cells.len())
@@ -219,6 +237,12 @@ mod tests {
                 assert_eq!(between, Doubt::default(), "{count}: state {i}");
                 assert_eq!(z, [state.q[0], state.p[0], state.w[0]]);
             }
+            // Errors fall with the motion, where they are no roundings.
+            if count < 1024 {
+                let [begin, end] = dense.unresolved(worst / 100.0).expect("a long stretch");
+                assert!(begin == 0.0 && (5.0..20.0).contains(&end), "{count}: {begin} to {end}");
+            }
+            assert_eq!(dense.unresolved(worst), None);
             // Degree 7: the error falls as the eighth power of the spacing.
             assert!(worst < 20.0 * spacing.powi(8) + 1e-13, "{count}: {worst:e}");
         }

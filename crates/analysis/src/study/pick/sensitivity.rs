@@ -2,6 +2,7 @@
 
 use super::Wanted;
 use super::dense::Dense;
+use super::trial::BETWEEN;
 use crate::Solution;
 use crate::digits::in_short;
 use crate::progress::Progress;
@@ -29,6 +30,14 @@ pub enum TooSensitive {
         /// The doubt.
         doubt: f64,
     },
+    /// The motion has too many oscillations for the states that can be kept of the reference, so
+    /// that it is not known between them.
+    Between {
+        /// The beginning of the longest stretch without comparison.
+        begin: f64,
+        /// Its end.
+        end: f64,
+    },
 }
 
 impl fmt::Display for TooSensitive {
@@ -43,6 +52,13 @@ impl fmt::Display for TooSensitive {
             Self::Reference { doubt } => {
                 write!(f, "the reference itself is known to {doubt:.0e} only")
             }
+            Self::Between { begin, end } => write!(
+                f,
+                "from t = {} to t = {} the motion has too many oscillations for a reference \
+                 between its states; an earlier end, or errors at the end alone, can be compared",
+                in_short(*begin),
+                in_short(*end)
+            ),
         }
     }
 }
@@ -68,6 +84,11 @@ pub(super) fn judge(
     let doubt = if wanted.at_end { dense.doubt_at_end() } else { dense.doubt() }.most();
     let unknown = doubt > wanted.error || doubt.is_nan();
     let by_doubt = unknown.then_some(TooSensitive::Reference { doubt });
+    if !wanted.at_end
+        && let Some([begin, end]) = dense.unresolved(BETWEEN * wanted.error)
+    {
+        return Ok(Some(TooSensitive::Between { begin, end }));
+    }
     if problem.model.dof() > MOST_DEGREES_IN_QUAD {
         return Ok(by_doubt);
     }

@@ -161,7 +161,7 @@ impl Comparison<'_> {
 }
 
 /// The largest interpolation error, as a share of the wanted error, at which states are compared.
-const BETWEEN: f64 = 0.1;
+pub(super) const BETWEEN: f64 = 0.1;
 
 impl<'a> Bench<'a> {
     pub(super) fn new(

@@ -109,7 +109,8 @@ impl Planner<'_> {
         let returns = ways * (transient + points) as f64;
         for &value in &plan.study.values {
             let model = self.varied(&named, &plan.study.parameter, value)?;
-            self.check_interval(path, &plan.study.section, &model)?;
+            self.check_interval(path, &plan.study.section, &model)
+                .map_err(|error| self.at_value(&named, &plan.study.parameter, value, error))?;
             let all = returns * plan.study.values.len() as f64;
             self.effort(path, &plan, &plan.study.section, all, &model)?;
         }
@@ -117,6 +118,13 @@ impl Planner<'_> {
         let rows = plan.settings().count() as f64 * ways * values * points as f64;
         self.rows_fit(path, rows, bifurcation::columns(&self.problem.model).len())?;
         Ok(Some(plan))
+    }
+
+    /// An error at one value of the parameter of a study, which stands at `named`.
+    fn at_value(&self, named: &str, name: &str, value: f64, error: SceneError) -> SceneError {
+        let at = format!("{name} = {}", in_full(value));
+        let problem = SceneProblem::AtPoint { at, problem: Box::new(error.problem) };
+        SceneError { problem, span: self.source.span(named) }
     }
 
     pub(super) fn resonance(&self) -> Planned<Option<DynamicsPlan<Resonance>>> {
@@ -140,11 +148,8 @@ impl Planner<'_> {
         let mut lengths = Vec::new();
         for &value in &values {
             let model = self.varied(&named, &name, value)?;
-            self.check_interval(path, &section, &model).map_err(|error| {
-                let at = format!("{name} = {}", in_full(value));
-                let problem = SceneProblem::AtPoint { at, problem: Box::new(error.problem) };
-                SceneError { problem, span: self.source.span(&named) }
-            })?;
+            self.check_interval(path, &section, &model)
+                .map_err(|error| self.at_value(&named, &name, value, error))?;
             lengths.push(section.interval(&model));
         }
         if lengths.len() > 1 && lengths.iter().all(|length| *length == lengths[0]) {
