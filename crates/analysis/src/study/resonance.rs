@@ -90,7 +90,7 @@ impl Resonance {
     pub const SECTION: Section = Section::Stroboscopic { interval: None };
 
     /// The values, from the end of their range where the frequency of the drive is lower.
-    fn from_lower_frequency(&self) -> Result<Vec<f64>, ModelError> {
+    fn rising_values(&self) -> Result<Vec<f64>, ModelError> {
         let mut values = self.values.clone();
         if let [first, .., last] = self.values[..] {
             let interval = |value| {
@@ -113,7 +113,7 @@ impl Resonance {
         way: Way,
         progress: &dyn Progress,
     ) -> Result<Vec<ResonanceRow>, MapError> {
-        let mut values = self.from_lower_frequency()?;
+        let mut values = self.rising_values()?;
         if way == Way::Down {
             values.reverse();
         }
