@@ -377,3 +377,19 @@ fn a_kink_makes_no_chaos() {
         assert!(off < 1e-6, "{off:e}");
     }
 }
+
+/// A drive of frequency 0 is constant.
+#[test]
+fn a_value_at_which_the_drive_has_no_period_is_named() {
+    for study in ["bifurcation", "resonance"] {
+        let text = format!(
+            "[system]\nname = \"duffing\"\nparameters = {{ alpha = 1.0, beta = 0.2, c = 0.1 }}\n\
+             [drive]\nforce = [\"0.4*cos(omega*t)\"]\nparameters = {{ omega = 1.0 }}\n\
+             [initial]\nq = [0.0]\np = [0.0]\n[time]\nend = 1.0\nstep = 0.1\n\
+             [study.{study}]\nmethods = [\"rk4\"]\n\
+             parameter = {{ name = \"omega\", from = -1.0, to = 1.0, count = 3 }}\n"
+        );
+        let error = Scene::read(&text).unwrap_err().to_string();
+        assert!(error.contains("at omega = 0: the dependence on t shows no period"), "{error}");
+    }
+}
